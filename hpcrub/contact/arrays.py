@@ -1,8 +1,7 @@
-"""The arrays of a bank of lanes: what the kernel reads and modifies.
+"""The arrays of a bank of lanes, which the kernel reads and modifies.
 
-K modes, L lanes, C contact points, O observed displacements; C and O are padded to multiples of
-`lanes.TILE`, F is the number of multipliers. The state of the contact law has a class of its own in
-its module under `laws`.
+Shapes: K modes, L lanes, C contact points and O observed displacements, both padded to multiples of
+`lanes.TILE`, F multipliers. Every contact law has its arrays in a class of its own, under `laws`.
 """
 
 from typing import Any, NamedTuple
@@ -13,52 +12,50 @@ from hpcrub.contact.lanes import aligned
 
 
 class Scheme(NamedTuple):
-    """What the steps read."""
+    """Arrays that the steps only read."""
 
-    normal: np.ndarray  # R (K, C) [1/√kg]
+    normal: np.ndarray  # R, normal displacement of the contact points (K, C) [1/√kg]
     observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
-    stress: np.ndarray  # those whose largest is recorded, see `tables.vectors` [Pa/(m·√kg)]
-    load: np.ndarray  # Gᵀ (F + 1, K), last row zero; K padded by a tile
+    stress: np.ndarray  # stresses whose largest is recorded, by `tables.vectors` [Pa/(m·√kg)]
+    load: np.ndarray  # Gᵀ, modal forces of unit multipliers (F + 1, K + TILE), last row zero
     decay: np.ndarray  # (K, L) [-]
     gain: np.ndarray  # (K, L) [s²]
     # ω² [rad²/s²]: (K,), or (K, L) where it depends on the speed of rotation of a lane
     squared: np.ndarray
-    clearance: np.ndarray  # of the casing, at the speed of each lane (1, L) [m]
-    own: np.ndarray  # clearance of each point beyond that (1, C) [m]; infinite for padding
-    step: np.ndarray  # h (L,) [s]; zero for an idle lane
-    bump: np.ndarray  # (P, C) [m]
-    external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
+    clearance: np.ndarray  # clearance of the casing at the speed of each lane (1, L) [m]
+    own: np.ndarray  # clearance that each point adds (1, C) [m]; infinite for padding
+    step: np.ndarray  # time step h (L,) [s]; zero for an idle lane
+    bump: np.ndarray  # heights of the casing at each step of a block (P, C) [m]
+    external: np.ndarray  # (P, K) modal forces of the load [N/√kg]; (0, K) without a load
     # cosine and sine of the angle by which each pair of rows turns in a step (n, L): complex modes
-    # of a disk in air, then pairs of a casing that vibrates; the pairs are the last n rows
+    # of a disk in air, then pairs of a casing that vibrates, which are the last n rows of a motion
     turn: np.ndarray
-    casing: int  # rows of the casing among these
-    ramp_time: float  # [s]
+    casing: int  # number of rows of the casing among these n
+    ramp_time: float  # duration of the bump ramp [s]
 
 
 class State(NamedTuple):
-    """What the steps modify, whatever the law."""
+    """Arrays that the steps modify under every contact law."""
 
-    position: np.ndarray  # q (K, L) [m·√kg]
-    increment: np.ndarray  # d (K, L)
+    position: np.ndarray  # modal coordinates q (K, L) [m·√kg]
+    increment: np.ndarray  # increments d of q in the last step (K, L) [m·√kg]
     before: np.ndarray  # d at the end of the step before (K, L), where friction turns, else (0, L)
-    force: (
-        np.ndarray
-    )  # modal forces of the active points on a block of modes (BLOCK, L), work space
+    force: np.ndarray  # modal forces on a block of modes (BLOCK, L) [N/√kg], work space
     penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
     multiplier: np.ndarray  # λ (F + 1, L) [N]; the last row stays zero
     depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver
-    active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
+    active: np.ndarray  # active set: rows of `multiplier` that count, padded with the last row
     ramp: np.ndarray  # (1, L) factor of the bumps, s(t) [-]
     n_steps: np.ndarray  # (L,) steps done since the start of each lane
-    # of the multiplier solver (4, L): SWEEPS, the most of a step, 0 before any contact; STUCK, 1
-    # where those of this step did not converge; UNSOLVED, 1 where multipliers were not found; FLAW
-    # of the Delassus operator, code of ``status``. One array: the kernel's calls pay for each.
+    # report of the multiplier solver (4, L): SWEEPS, the most in a step, 0 before any contact;
+    # STUCK, 1 where the sweeps of this step did not converge; UNSOLVED, 1 where a step has no
+    # solution; FLAW, a code of ``status``. They are one array because each array costs in a call.
     report: np.ndarray
 
 
 SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `State.report`
 
-# Members that have one column (or one number) per lane; laws and records name their own
+# Arrays with one column (or one number) per lane; laws and records name theirs in `per_lane`
 PER_LANE = {
     Scheme: ("decay", "gain", "clearance", "step", "turn"),
     State: tuple(name for name in State._fields if name != "active"),
@@ -66,11 +63,11 @@ PER_LANE = {
 
 
 class Bank(NamedTuple):
-    """The lanes that run together: everything that `integrate` works on but its observer."""
+    """The lanes that run together: all arrays of `integrate` except those of its observer."""
 
     scheme: Scheme
     state: State
-    law: Any  # a `protocols.Law`: what else it has, its own module knows
+    law: Any  # a `protocols.Law`, whose other members only its own module uses
 
     @property
     def width(self) -> int:
@@ -78,12 +75,12 @@ class Bank(NamedTuple):
         return len(self.scheme.step)
 
     def take(self, lanes: slice | np.ndarray) -> "Bank":
-        """A Bank with copies of some of the lanes only."""
+        """Bank with copies of some of the lanes."""
         return Bank(*(take_lanes(group, lanes) for group in self))
 
 
 def take_lanes(group: Any, lanes: slice | np.ndarray) -> Any:
-    """A group of arrays with copies of some of its lanes only."""
+    """Group of arrays with copies of some of its lanes."""
     members = set(PER_LANE.get(type(group)) or group.per_lane())
     if isinstance(group, Scheme) and group.squared.ndim == 2:  # else all lanes share it
         members.add("squared")
@@ -96,7 +93,7 @@ def take_lanes(group: Any, lanes: slice | np.ndarray) -> Any:
 
 
 def clear_lane(group: Any, lane: int) -> None:
-    """Set all that a group of arrays has of a lane to zero (modified)."""
+    """Set the column of a lane to zero in all arrays of a group (modified)."""
     for name in group.per_lane():
         member = getattr(group, name)
         if isinstance(member, tuple):

@@ -1,4 +1,4 @@
-"""Banks of lanes: all that the kernel works on to integrate speeds of one sample in time."""
+"""Banks of lanes: the arrays with which the kernel integrates speeds of one sample in time."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -19,14 +19,13 @@ from hpcrub.model.reduction import Modes
 def allocate(
     modes: Modes, scene: Scene, grid: Grid, width: int, speeds_hz: Iterable[float] = ()
 ) -> Bank:
-    """Lanes for one sample and one band of speeds.
+    """Bank of lanes at rest, for one sample and one band of speeds.
 
     modes: of the sample.
-    scene: response.scene.Scene, casing, contact law and integration scheme.
-    grid: response.sweep.Grid, how a revolution is cut into steps, blocks and records.
+    scene: response.scene.Scene, with casing, contact law and integration scheme.
+    grid: response.revolution.Grid, the division of a revolution into steps and blocks.
     width: number of lanes.
-    speeds_hz: speeds of the first lanes, at most ``width`` [Hz]; the others are idle.
-    Returns lanes at rest.
+    speeds_hz: speeds of the first lanes, at most ``width`` [Hz]; the other lanes are idle.
     """
     law = scene.law or (Solid if len(modes.axial) else Planar)
     scheme = _allocate_scheme(modes, scene, grid, width, law)
@@ -67,7 +66,7 @@ def _allocate_scheme(modes, scene, grid, width, law):
 
 
 def _turns(modes, grid, width):
-    """Cosine and sine of the angles by which pairs turn in a step; of complex modes not yet."""
+    """Cosine and sine of the angle by which each pair of the casing turns in a step."""
     angle = modes.pairs.n_waves * (2.0 * np.pi / grid.steps_per_revolution)
     of_casing = np.stack([np.cos(angle), np.sin(angle)], axis=-1).ravel()
     n_turned = modes.n_rows - len(modes.real)
@@ -77,7 +76,7 @@ def _turns(modes, grid, width):
 
 
 def _engine_order_forces(modes, scene, grid):
-    """Modal forces of the travelling load at the start of every step of a block, (P or 0, K)."""
+    """Modal forces of the travelling load at the start of every step of a block (P or 0, K)."""
     if not scene.load:
         return np.zeros((0, modes.n_rows))
     interface = scene.interface
@@ -102,7 +101,7 @@ def _allocate_state(scheme, width, turns):
 
 
 def empty_lane(bank: Bank, lane: int) -> None:
-    """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it."""
+    """Leave a lane idle (bank is modified): its time stands still, and its bumps never grow."""
     scheme, state = bank.scheme, bank.state
     moved = state.position, state.increment, state.multiplier, state.ramp, state.report
     for array in (scheme.decay, scheme.gain, *moved):
@@ -114,7 +113,7 @@ def empty_lane(bank: Bank, lane: int) -> None:
 def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> None:
     """Put a lane at rest, with the coefficients of one speed (bank is modified).
 
-    modes, scene: of the sample, as of `allocate`, at the lane's speed; h: time step [s].
+    modes, scene: as in `allocate`, but at the speed of the lane; h: time step [s].
     """
     empty_lane(bank, lane)
     scheme, ratios = bank.scheme, modes.damping_ratios(scene.damping_ratio)
@@ -131,9 +130,9 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> No
 def _fill_waves(bank, lane, rows, first, eigenvalue, h):
     """Give a lane its complex modes in the rows from ``first`` on (bank is modified).
 
-    The gain is that of a real mode of the same frequency and damping, which keeps the response to a
-    constant force; a force kicks z by it along e^{λh}. Returns the rows, `normal` being the motion
-    of the points by a kick.
+    A force kicks z along e^{λh}. The gain is taken from a real mode of the same frequency and
+    damping, so that the response to a constant force is exact. Returns ``rows``, in which `normal`
+    has become the motion of the points by a kick.
     """
     scheme, size, angle = bank.scheme, np.abs(eigenvalue), eigenvalue.imag * h
     gain = coefficients("exact_modal", size, -eigenvalue.real / size, h)[1]
@@ -157,7 +156,7 @@ def set_motion(
     position: (K,) modal coordinates [m·√kg].
     velocity: (K,) modal velocities, mean over the step before [m·√kg/s].
     time: since the bumps began to grow [s].
-    memory: of the contact law; None: nothing has touched before.
+    memory: memory of the contact law; None: nothing has touched before.
     """
     h = bank.scheme.step[lane]
     bank.state.position[:, lane] = position
@@ -168,11 +167,7 @@ def set_motion(
 
 
 def motion(bank: Bank, lane: int) -> tuple[np.ndarray, np.ndarray, float, Any]:
-    """Motion of a lane, as `set_motion` takes it.
-
-    Returns position (K,), modal coordinates [m·√kg]; velocity (K,), modal velocities, mean over the
-    step before [m·√kg/s]; time, since the bumps began to grow [s]; memory of the contact law.
-    """
+    """Motion of a lane: position, velocity, time and memory as in `set_motion`."""
     h, state = bank.scheme.step[lane], bank.state
     velocity, memory = state.increment[:, lane] / h, bank.law.memory(lane)
     return state.position[:, lane].copy(), velocity, state.n_steps[lane] * h, memory

@@ -1,8 +1,9 @@
 """Time steps of the reduced disk with contact, several speeds at once: the only loop over steps.
 
-Modal equations of motion  q'' + 2ξω q' + ω² q = Φᵀf,  f the contact forces. A step predicts
-without contact force (`passes`), lets the contact law find its multipliers (`laws`) and an observer
-see them (`observers`). What one lane computes never depends on the other lanes.
+The modal equations of motion are q'' + 2ξω q' + ω² q = Φᵀf with the contact forces f. A step
+predicts the motion without contact force (`passes`); then the contact law computes its multipliers
+(`laws`), and an observer records the step (`observers`). The result of a lane never depends on the
+other lanes.
 """
 
 from typing import Any
@@ -19,7 +20,7 @@ bump_ramp = compiled(casing.ramp)
 
 @compiled(inner=True)
 def raise_bumps(scheme: Scheme, state: State) -> bool:
-    """Factor of the bumps at the coming step (state is modified).
+    """Set the factor of the bumps for the coming step (state is modified).
 
     Returns False once the bumps of all lanes have their full height.
     """
@@ -33,15 +34,14 @@ def raise_bumps(scheme: Scheme, state: State) -> bool:
 
 @compiled
 def integrate(lanes: tuple, bank: Bank, observer: Any, n_blocks: int) -> None:
-    """Take every lane over some blocks of the bump table.
+    """Integrate every lane over some blocks of the bump table.
 
-    lanes: as many zeros as there are lanes, which tells the compiler the width.
-    bank: Motion, coefficients and contact law of every lane (modified).
-    observer: what is kept of the steps, of a class like those of ``observers`` (modified).
-    n_blocks: blocks to integrate.
+    bank: motion, coefficients and contact law of every lane (modified).
+    observer: recorder of the steps, of a class like those in ``observers`` (modified).
+    n_blocks: number of blocks.
 
-    The forces of the last step are applied before it returns. Joachim, Nyssen, Batailly (2020),
-    section 2.2.2, gives the scheme; ``docs/theory.md`` derives this form of it.
+    The forces of the last step are applied before the function returns. Joachim, Nyssen, Batailly
+    (2020), section 2.2.2, gives the scheme; ``docs/theory.md`` derives this form of it.
     """
     n_active = 0
     rising = True
@@ -60,5 +60,5 @@ def integrate(lanes: tuple, bank: Bank, observer: Any, n_blocks: int) -> None:
 
 
 def run(bank: Bank, n_blocks: int, observer: Any = NOTHING) -> None:
-    """`integrate` for all lanes of a bank; by default nothing is kept of the steps."""
+    """Call `integrate` for all lanes of a bank; by default no step is recorded."""
     integrate((0,) * bank.width, bank, observer, n_blocks)

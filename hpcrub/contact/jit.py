@@ -1,8 +1,8 @@
 """One compilation policy for every numba kernel of the project.
 
-Compiled code is cached in a folder named by the package's place and sources: numba itself only
-looks at the file of the function it compiles, and would run stale code after a change in
-``lanes.py``. Without a folder to write to, every run compiles anew.
+Compiled code is cached in a folder whose name depends on the package's place and sources: numba
+itself only checks the file of the function that it compiles, and would run stale code after a
+change in ``lanes.py``. Without a writable folder, every run compiles anew.
 """
 
 import contextlib
@@ -23,16 +23,16 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
 from hpcrub.contact.machine import shape
 
-STATIC_METHODS = (  # of contact laws, observers and surfaces
+STATIC_METHODS = (  # compiled methods of contact laws, observers and surfaces
     "predict", "forces", "press", "observe",
     "tick", "meet", "near", "relieve", "total", "keep",
     "comply", "follow", "line", "check", "wear", "despair",
 )  # fmt: skip
-COMPILED_ROOMS = "contact", "model", "response"  # all that numba compiles
+COMPILED_ROOMS = "contact", "model", "response"  # rooms with code that numba compiles
 
 
 def _cache_folder() -> str:
-    """A folder for compiled code; "" where there can be none."""
+    """Folder for compiled code; "" where no folder can be written."""
     try:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
         folder = base / "hpcrub" / "jit" / _name()
@@ -43,7 +43,7 @@ def _cache_folder() -> str:
 
 
 def _name():
-    """Name of the cache of this copy of the sources: shape of the kernel, and all texts."""
+    """Name of the cache: a hash of numba's version, the kernel's shape and all sources."""
     digest = hashlib.sha256(f"{numba.__version__} {shape()}".encode())
     package = Path(os.path.abspath(__file__)).parents[1]
     for room in COMPILED_ROOMS:
@@ -58,14 +58,14 @@ if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
 
 
 class _Cache(FunctionCache):
-    """numba's cache of one function; contact laws and observers from elsewhere have own files.
+    """numba's cache of one function, with own files for laws and observers of other packages.
 
-    The list of what is cached names these classes: a program that does not have them could not read
-    the list. They are known by their sources, which the name of the folder does not know.
+    The index of a cache names these classes, so that a program without them could not read it. The
+    name of the files depends on their sources, because the name of the folder does not.
     """
 
     def _take_files(self, sig: Any) -> None:
-        """Turn to the files of a signature."""
+        """Select the cache files for a signature."""
         base, foreign = self._impl.filename_base, sorted(_foreign_sources(sig))
         if foreign:
             base += "-" + hashlib.sha256("".join(foreign).encode()).hexdigest()[:16]
@@ -73,19 +73,19 @@ class _Cache(FunctionCache):
         self._cache_file = IndexDataCacheFile(self._cache_path, base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Compiled code of a signature, None where there is none."""
+        """Compiled code of a signature from the cache, or None."""
         self._take_files(sig)
         return super().load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep compiled code, when the disk lets us; else the next run compiles anew."""
+        """Write compiled code to the cache; if that fails, the next run compiles anew."""
         self._take_files(sig)
         with contextlib.suppress(OSError):
             super().save_overload(sig, data)
 
 
 def _foreign_sources(kind):
-    """Sources of the modules of classes in a type, or a tuple of types, that are not ours."""
+    """Sources of modules outside hpcrub that define classes in a type, or a tuple of types."""
     if isinstance(kind, tuple):
         return set().union(*map(_foreign_sources, kind))
     if not isinstance(kind, types.BaseNamedTuple):
@@ -96,19 +96,19 @@ def _foreign_sources(kind):
         return others
     try:
         return {inspect.getsource(sys.modules[home]), *others}
-    except (OSError, TypeError):  # a notebook: never the same
+    except (OSError, TypeError):  # a notebook has no source: compile anew
         return {os.urandom(8).hex()}
 
 
 def compiled(function: Callable | None = None, *, inline: bool = False, inner: bool = False) -> Any:
     """``numba.njit`` with the project's options: NumPy division rules, no fast-math, cached.
 
-    function: optional, to compile; without it a decorator is returned.
-    inline: whether it becomes part of every function that calls it.
-    inner: whether only compiled code calls it, and it makes no arrays. Then it needs no door for
-        Python, which takes as long to compile as the function, and does not count the references to
-        its arguments, which costs more than the work where it is called in every step.
-    Returns dispatcher, whose ``py_func`` is the function in plain Python, or the decorator.
+    function: function to compile; without it a decorator is returned.
+    inline: whether the code is copied into every compiled caller.
+    inner: whether only compiled code calls the function, and the function makes no arrays. It then
+        has no wrapper for Python, which takes as long to compile as the function, and does not
+        count references to its arguments, which costs more than the work in a call of every step.
+    Returns a dispatcher, whose ``py_func`` is the function in plain Python, or the decorator.
     """
 
     def decorate(f):
@@ -132,10 +132,10 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
 
 
 def _without_literals(template_of):
-    """``template_of`` of a dispatcher, for an argument that is a number: not for its value.
+    """``template_of`` of a dispatcher that takes integer arguments by type, never by value.
 
-    numba would compile a function that a variable beginning with 0 is given to for this 0, and then
-    for all numbers: each such argument doubles what is compiled of it, and of all that it calls.
+    For a variable that begins with 0, numba would compile the function called once for this 0 and
+    once for all integers: each such argument doubles the code of the function and its callees.
     """
     return lambda args, kws: template_of(
         tuple(map(types.unliteral, args)), {k: types.unliteral(v) for k, v in kws.items()}
@@ -144,15 +144,15 @@ def _without_literals(template_of):
 
 @infer_getattr
 class _StaticMethods(AttributeTemplate):
-    """In compiled code, too, ``law.forces`` is the compiled static method of the law's class.
+    """Makes ``law.forces`` the compiled static method of the law's class in compiled code, too.
 
-    So the type of a law or observer chooses the code when its caller is compiled.
+    The type of a law or observer then chooses the code when its caller is compiled.
     """
 
     key = types.BaseNamedTuple
 
     def generic_resolve(self, value: Any, attr: str) -> Any:  # type: ignore[override]
-        """Numba type of the method, None for what is none."""
+        """Numba type of a method in STATIC_METHODS; None for other attributes."""
         method = getattr(value.instance_class, attr, None) if attr in STATIC_METHODS else None
         return types.Dispatcher(method) if method else None
 

@@ -1,18 +1,18 @@
-"""A SIMD register of a few simulations, for numba kernels.
+"""Vectors of one number per lane, for numba kernels that integrate several speeds at once.
 
-Several angular speeds of one sample advance together, one per *lane*. A value of type ``Lanes`` is
-one hardware vector that holds the same quantity of every lane, and a *tile* is a tuple of such
-vectors that stays in registers. numba alone keeps neither in registers (a loop over lanes loads and
-stores its accumulators at every pass), which costs a factor of three to five here.
+Several angular speeds of one sample advance together, one per *lane*. A lane vector is one hardware
+vector that holds a quantity of every lane, and a *tile* is a tuple of vectors that stays in
+registers. numba alone keeps neither in registers (a loop over lanes loads and stores its
+accumulators at every pass), which costs a factor of three to five here.
 
 Every function below is plain Python, in which a lane vector is a NumPy row; so ``kernel.py_func``
-runs unchanged in plain Python. In compiled code it is a few LLVM vector instructions (`simd`), as
-are the sums, differences, products and comparisons of two vectors, or a vector and a number.
+runs unchanged in plain Python. Compiled, each function becomes a few LLVM vector instructions
+(`simd`), as do sums, differences, products and comparisons of vectors, and of vectors and numbers.
 
-Lane arrays have shape (rows, width) and are C-contiguous; ``lanes`` is a tuple of ``width`` zeros
-whose *length* tells the compiler the vector width, ``tile`` one whose length tells the tile size.
-Where vectors are taken lane by lane, a number in place of one stands for all lanes. Modules with
-much of this call it ``v``.
+Lane arrays have shape (rows, width) and are C-contiguous. ``lanes`` is a tuple of ``width`` zeros
+whose *length* tells the compiler the vector width; the length of a tuple ``tile`` tells the size of
+a tile. Functions that work lane by lane take a number in place of a vector for all lanes. Modules
+that use many of these functions import this one as ``v``.
 """
 
 from typing import Any
@@ -23,11 +23,11 @@ from hpcrub.contact import machine
 
 TILE, WIDTH, BLOCK, BESIDE_MODES = machine.shape()
 TIPS = (0,) * TILE
-PLACES = (0,) * 8  # of a vector that holds stresses of one lane
+PLACES = (0,) * 8  # width of a vector that holds eight stresses of one lane
 
 
 def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
-    """Zeros on a cache-line boundary, so that no vector load straddles two lines."""
+    """Array of zeros on a cache-line boundary, so that no vector load straddles two lines."""
     n_bytes = int(np.prod(shape)) * 8
     raw = np.zeros(n_bytes + 64, dtype=np.uint8)
     start = -raw.ctypes.data % 64
@@ -35,12 +35,12 @@ def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
 
 
 def lane_arrays(width: int, **rows: int) -> dict[str, np.ndarray]:
-    """Lane arrays of zeros, by name, of some rows each."""
+    """Dictionary of lane arrays of zeros; rows: the number of rows of each, by name."""
     return {name: aligned_zeros((n, width)) for name, n in rows.items()}
 
 
 def aligned(values: np.ndarray) -> np.ndarray:
-    """A copy on a cache-line boundary."""
+    """Copy of an array on a cache-line boundary."""
     array = aligned_zeros(values.shape).astype(values.dtype, copy=False)
     array[...] = values
     return array
@@ -52,7 +52,7 @@ def splat(lanes: tuple, x: float) -> np.ndarray:
 
 
 def load(lanes: tuple, array: np.ndarray, row: int) -> np.ndarray:
-    """Row ``row`` of a lane array, or the number at ``row`` of one that all lanes share."""
+    """Row ``row`` of a lane array (rows, L), or entry ``row`` of an array that lanes share."""
     return array[row].copy()
 
 
@@ -62,7 +62,7 @@ def store(array: np.ndarray, row: int, vector: np.ndarray) -> None:
 
 
 def fma(a: Any, b: Any, c: Any) -> np.ndarray:
-    """a·b + c, fused where the machine can."""
+    """a·b + c, fused where the machine has the instruction."""
     return a * b + c
 
 
@@ -83,7 +83,7 @@ def length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def select(mask: np.ndarray, a: Any, b: Any) -> np.ndarray:
-    """A where the mask holds, b elsewhere."""
+    """``a`` where the mask holds, ``b`` elsewhere."""
     return np.where(mask, a, b)
 
 
@@ -98,12 +98,12 @@ def tile_splat(tile: tuple, vector: np.ndarray) -> tuple:
 
 
 def tile_add(tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: Any) -> tuple:
-    """Each tile member plus ``matrix[row, columns[i]]`` times the vector."""
+    """Tile plus, in member i, ``matrix[row, columns[i]]`` times the vector."""
     return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
 
 
 def tile_gather(lanes: tuple, array: np.ndarray, rows: tuple) -> tuple:
-    """The rows of a lane array that the tuple ``rows`` names, as a tile."""
+    """Tile of the rows of a lane array that the tuple ``rows`` names."""
     return tuple(array[row].copy() for row in rows)
 
 
@@ -125,15 +125,14 @@ def tile_relax(
 ) -> tuple[tuple, tuple, np.ndarray]:  # fmt: skip
     """One sweep of projected Gauss–Seidel for x_i = max(depth_i, 0), depth = p − Cx.
 
-    coupling: (n_rows², L) C, of zero diagonal, with entry (i, j) in row i·n_rows + j [-].
-    n_rows: rows of C.
-    rows: rows of C that the members of the tiles belong to.
+    coupling: (n_rows², L) matrix C with zero diagonal, entry (i, j) in row i·n_rows + j [-].
+    n_rows: number of rows of C.
+    rows: row of C for each member of the tiles.
     depth: (L,) tile of depths before the sweep [m].
     x: (L,) tile of unknowns before the sweep [m].
-    limit, change: (L,) lanes whose largest change of the sweep before is above the limit are
-        relaxed, the others stay as they are [m].
-    Returns depth (L,), depths after the sweep [m]; x (L,), unknowns after the sweep [m]; change
-    (L,), largest change of any x [m].
+    limit, change: (L,) tolerance, and largest change in the sweep before [m]; lanes whose change
+        is within the tolerance stay as they are.
+    Returns depth and x, the tiles after the sweep [m]; change (L,), largest change of any x [m].
     """
     depth, x, changing = list(depth), list(x), limit < change
     change = np.zeros_like(depth[0])
@@ -149,7 +148,7 @@ def tile_relax(
 
 
 def tile_largest(tile: tuple) -> np.ndarray:
-    """The largest member of a tile, lane by lane."""
+    """Largest member of a tile, lane by lane."""
     result = tile[0]
     for t in tile[1:]:
         result = larger(t, result)
@@ -157,10 +156,10 @@ def tile_largest(tile: tuple) -> np.ndarray:
 
 
 def indices(tile: tuple, array: np.ndarray, first: int) -> tuple:
-    """Members ``first`` … of an integer array as a tuple as long as ``tile``."""
+    """Tuple as long as ``tile`` with the entries of an integer array from ``first`` on."""
     return tuple(int(array[first + i]) for i in range(len(tile)))
 
 
 def consecutive(tile: tuple, first: int) -> tuple:
-    """Numbers ``first`` … as a tuple as long as ``tile``."""
+    """Tuple as long as ``tile`` with the integers from ``first`` on."""
     return tuple(range(first, first + len(tile)))

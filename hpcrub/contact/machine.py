@@ -1,9 +1,9 @@
 """Lanes, tiles and blocks that fit the registers and the first-level cache of this machine.
 
-The blocks of a matrix product follow from the same numbers (BLIS: Low, Igual, Smith,
-Quintana-Ortí, ACM Transactions on Mathematical Software 43, 2016). Every choice gives the same
-bits. Tests and benchmarks override the rule by the environment variable ``HPCRUB_SHAPE``: tile,
-lanes, block and, if the sums of a tile have room beside a mode, a 1, as in "6x8x60" or "12x8x96x1".
+The rule is like that of BLIS for matrix products (Low, Igual, Smith, Quintana-Ortí, ACM
+Transactions on Mathematical Software 43, 2016). Every shape gives the same bits. Tests and
+benchmarks override the rule by the environment variable ``HPCRUB_SHAPE``: tile, lanes, block and,
+if the sums of a tile have room beside a mode, a 1, as in "6x8x60" or "12x8x96x1".
 """
 
 import os
@@ -14,25 +14,25 @@ import numba
 from llvmlite import binding
 
 NUMBER = 8  # [bytes]
-TILES = 12, 6, 4, 2, 1  # vectors that a tile may have
-LANES = 4, 8, 16  # that a bank may have
+TILES = 12, 6, 4, 2, 1  # possible numbers of vectors in a tile
+LANES = 4, 8, 16  # possible numbers of lanes
 FEWEST = 4  # vectors of a tile: with fewer, the modes are read too often
 OF_A_MODE = 3  # rows in registers while a mode advances: position, increment and gain
-MODES = 84  # of the reference disk, whose motion and coefficients should fit the cache
-ROWS = 4  # that a mode has of numbers per lane: position, increment, decay and gain
-SMALL_CACHE = 32 << 10  # [bytes] where a system does not tell
+MODES = 84  # modes of the reference disk, whose motion and coefficients should fit the cache
+ROWS = 4  # numbers of a mode per lane: position, increment, decay and gain
+SMALL_CACHE = 32 << 10  # size [bytes] where the system does not tell
 
 
 class Machine(NamedTuple):
-    """What the shape of a kernel follows from."""
+    """Registers and cache of a machine, which fix the shape of the kernel."""
 
-    registers: int  # vector registers
-    vector: int  # numbers of one
+    registers: int  # number of vector registers
+    vector: int  # numbers in a register
     cache: int  # first-level data cache [bytes]
 
 
 class Shape(NamedTuple):
-    """Shape of a kernel."""
+    """Shape of a kernel: sizes of tiles, banks and blocks."""
 
     tile: int  # rows of a matrix whose sums stay in registers
     lanes: int
@@ -41,7 +41,7 @@ class Shape(NamedTuple):
 
 
 def this_machine() -> Machine:
-    """The machine that numba compiles for, which its own environment variables may change."""
+    """Machine that numba compiles for; numba's environment variables may change it."""
     if numba.config.CPU_FEATURES is not None:  # type: ignore[attr-defined]
         words = numba.config.CPU_FEATURES.split(",")  # type: ignore[attr-defined]
         has = {word[1:] for word in words if word.startswith("+")}
@@ -61,12 +61,12 @@ def this_machine() -> Machine:
 
 
 def shape_for(machine: Machine) -> Shape:
-    """The shape of the kernel for a machine.
+    """Shape of the kernel for a machine.
 
-    The sums of a tile stay in registers, beside a row of the modes and one factor. Of the numbers
-    of lanes that leave room for such a tile and keep the modes in the first-level cache, the
-    largest is taken. A block of modes fills three quarters of this cache. Where registers have room
-    for the sums of a tile and a mode that advances, one loop does both.
+    The sums of a tile stay in registers, beside a row of the modes and one factor. The shape has
+    the largest number of lanes that leaves room for FEWEST vectors in a tile and keeps the modes in
+    the first-level cache. A block of modes fills three quarters of this cache. Where registers have
+    room for the sums of a tile and a mode that advances, one loop does both.
     """
     shapes = []
     for lanes in LANES:
@@ -79,17 +79,17 @@ def shape_for(machine: Machine) -> Shape:
 
 
 def size_of(lanes: int) -> int:
-    """Motion and coefficients of a mode [bytes]."""
+    """Size of the motion and coefficients of a mode [bytes]."""
     return ROWS * NUMBER * lanes
 
 
 def block_of(lanes: int, cache: int) -> int:
-    """Modes that fill three quarters of a cache [bytes]: a multiple of 12."""
+    """Number of modes that fill three quarters of a cache [bytes]: a multiple of 12."""
     return max(3 * cache // 4 // size_of(lanes) // 12, 1) * 12
 
 
 def shape() -> Shape:
-    """The shape of the kernel here: by the rule, or as the environment says."""
+    """Shape of the kernel on this machine, by the rule or from HPCRUB_SHAPE."""
     if forced := os.environ.get("HPCRUB_SHAPE"):
         return Shape(*map(int, forced.split("x")))
     return shape_for(this_machine())

@@ -1,8 +1,8 @@
-"""Observers: what is kept of the steps that `integrate.integrate` takes.
+"""Observers, which record the steps that `integrate.integrate` takes.
 
 An observer is a NamedTuple with a compiled static method
-``observe(lanes, bank, observer, block, step, n_active)``. It is called after the multipliers of
-every step are found and before they are applied, and returns how many active points are left to
+``observe(lanes, bank, observer, block, step, n_active)``. The method is called once the multipliers
+of a step are known and before they are applied. It returns how many active points are left to
 correct: 0 if it has applied the corrector itself, as it must to see displacements.
 """
 
@@ -17,8 +17,8 @@ from hpcrub.contact.lanes import BESIDE_MODES, PLACES, TILE, TIPS
 from hpcrub.contact.passes import correct, project
 
 NO_LANES = np.zeros(0, dtype=np.int64)
-# Steps between looks at a stress that is below this share of its largest so far. On 492 points of
-# twelve disks no largest stress was lost by it; every second step alone loses up to 6 %.
+# A stress below NEAR of its largest so far is computed in every APART-th step only. This lost no
+# largest stress on 492 points of twelve disks; every second step alone loses up to 6 %.
 APART, NEAR = 3, 0.8
 
 
@@ -27,11 +27,11 @@ def record_displacements(
     lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
     n_active: int,
 ) -> None:  # fmt: skip
-    """Apply the corrector and look at all observed displacements (bank and arrays are modified).
+    """Apply the corrector and record the observed displacements (bank and arrays are modified).
 
     history, peak: as in `Record`.
-    row: place of the record in the ring, in records; negative for a step that is not recorded.
-    block: place of its block in the ring.
+    row: place of the record in the ring; negative for a step that only counts for the peak.
+    block: place of the block in the ring.
     """
     scheme, state = bank.scheme, bank.state
     n_modes, n_observed = scheme.observed.shape
@@ -51,8 +51,8 @@ def largest_stress(bank: Bank, lane: int, work: np.ndarray) -> float:
 
     work: (1, PLACES) work space (modified).
 
-    A vector holds stresses of several places, not of several lanes: most lanes that run beside a
-    watched lane are not watched. Six sums at once, for each sum waits for its last product.
+    A vector holds stresses of several places, not of several lanes, because most lanes beside a
+    watched lane are not watched. Six sums run at once, as each sum waits for its last product.
     """
     stress, position = bank.scheme.stress, bank.state.position
     n_modes = position.shape[0]
@@ -81,15 +81,15 @@ def largest_stress(bank: Bank, lane: int, work: np.ndarray) -> float:
 
 
 class Record(NamedTuple):
-    """Observed displacements u: a ring of B blocks of M records, and the peaks of all steps."""
+    """Observer of displacements u: a ring of B blocks of M records, and peaks of all steps."""
 
-    history: np.ndarray  # of every ``stride``-th step (B·M·O, L) [m]
-    peak: np.ndarray  # (B·O, L) largest |u| of all steps of a block [m]
-    watched: np.ndarray  # lanes whose stresses are observed; eight take a third of a step
-    work: np.ndarray  # (1, PLACES)
-    stress: np.ndarray  # (1, L) largest |stress| when it was looked at last [Pa]
+    history: np.ndarray  # u after every ``stride``-th step (B·M·O, L) [m]
+    peak: np.ndarray  # (B·O, L) largest |u| in all steps of a block [m]
+    watched: np.ndarray  # lanes whose stresses are observed; eight cost a third of a step
+    work: np.ndarray  # (1, PLACES) work space
+    stress: np.ndarray  # (1, L) largest |stress| where it was last computed [Pa]
     stress_peak: np.ndarray  # (1, L) largest |stress| of all steps since it was set to zero [Pa]
-    casing: np.ndarray  # pairs of a casing that vibrates at the records (B·M·2J, L) [m·√kg]
+    casing: np.ndarray  # coordinates of the casing's pairs at the records (B·M·2J, L) [m·√kg]
     begin: int  # place in the ring of the first block; negative to record nothing
     stride: int  # steps from one record to the next
 
@@ -130,7 +130,7 @@ class Record(NamedTuple):
 
     @classmethod
     def allocate(cls, bank: Bank, n_blocks: int, stride: int) -> "Record":
-        """A ring of some blocks of a bank, to be filled from its first one on."""
+        """Record with an empty ring of n_blocks blocks of a bank."""
         n_records = len(bank.scheme.bump) // stride
         n_observed = bank.scheme.observed.shape[1]
         return cls(

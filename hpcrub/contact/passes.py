@@ -8,14 +8,14 @@ With d = q_n − q_{n−1} all schemes are the same lines (``docs/theory.md`` de
 
 decay and gain are numbers per mode and lane (`recurrence.coefficients`); R holds the normal
 displacement of every contact point per unit modal coordinate, G the modal forces of multipliers.
-The corrector of a step is applied on the way through the next predictor, so that each step reads
-and writes the modal state once. The last rows are pairs: Re z and Im z of complex modes of a disk
-in air (`model.aero`), z ← e^{λh} (z + h Gλ), and pairs of modes of a casing that vibrates
+The next predictor also applies the corrector of a step, so that each step reads and writes the
+modal state once. The last rows are pairs: Re z and Im z of complex modes of a disk in air
+(`model.aero`), z ← e^{λh} (z + h Gλ), and pairs of modes of a casing that vibrates
 (`model.casing_modes`), ordinary modes whose coordinates turn at the end of a step.
 
-The modes are taken in blocks, whose motion and coefficients stay in the first-level cache. Of a
-block the modal forces Gλ come first, a tile of modes at a time, then the modes with the first tile
-of contact points, then the other points. All sums run in the order of the points or modes.
+The modes are taken in blocks, whose motion and coefficients stay in the first-level cache. A block
+needs three passes: its modal forces Gλ, a tile of modes at a time; its modes, with the first tile
+of contact points; the other points. All sums run in the order of the points or modes.
 """
 
 import numpy as np
@@ -28,13 +28,13 @@ from hpcrub.contact.lanes import BESIDE_MODES, BLOCK, TILE, TIPS
 
 @compiled(inline=True, inner=True)
 def first_pair(scheme: Scheme) -> int:
-    """Row of the first pair: the number of real modes of the disk."""
+    """Row of the first pair, which is the number of real modes of the disk."""
     return scheme.normal.shape[0] - scheme.turn.shape[0]
 
 
 @compiled(inline=True, inner=True)
 def end_of_block(scheme: Scheme, begin: int) -> int:
-    """End of the block of rows that begins there: real modes, complex ones or the casing's."""
+    """End of the block that begins at a row: of real modes, complex modes or casing pairs."""
     n_modes = scheme.normal.shape[0]
     end = n_modes
     if begin < first_pair(scheme):
@@ -46,7 +46,7 @@ def end_of_block(scheme: Scheme, begin: int) -> int:
 
 @compiled(inline=True, inner=True)
 def turned(lanes: tuple, scheme: Scheme, k: int, c: np.ndarray, s: np.ndarray) -> tuple:
-    """A pair of rows after the turn of a step; k: the first of them."""
+    """Turn a pair c, s by the angle of a step; k: row of c."""
     j = k - first_pair(scheme)
     cosine, sine = v.load(lanes, scheme.turn, j), v.load(lanes, scheme.turn, j + 1)
     return c * cosine + s * sine, s * cosine - c * sine
@@ -56,7 +56,7 @@ def turned(lanes: tuple, scheme: Scheme, k: int, c: np.ndarray, s: np.ndarray) -
 def sum_forces(
     lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, end: int
 ) -> None:
-    """Modal forces of the active points, if any, on a block of modes (state.force, modified)."""
+    """Sum the modal forces of the active points on a block of modes (state.force, modified)."""
     for first in range(begin, end if n_active > 0 else begin, TILE):
         modes, total = v.consecutive(TIPS, first), v.tile_splat(TIPS, v.splat(lanes, 0.0))
         for a in range(n_active):
@@ -64,7 +64,7 @@ def sum_forces(
             total = v.tile_add(total, scheme.load, j, modes, v.load(lanes, state.multiplier, j))
         v.tile_store(state.force, v.consecutive(TIPS, first - begin), total)
     if n_active > 0 and first_pair(scheme) <= begin < scheme.normal.shape[0] - scheme.casing:
-        for k in range(begin, end, 2):  # of complex modes: along e^{λh}
+        for k in range(begin, end, 2):  # a force on a complex mode acts along e^{λh}
             at = k - begin
             re, im = v.load(lanes, state.force, at), v.load(lanes, state.force, at + 1)
             re, im = turned(lanes, scheme, k, re, im)
@@ -78,7 +78,7 @@ def begin_gaps(
 ) -> tuple:
     """Penetrations of a tile of contact points before a block of modes is added [m].
 
-    Before the first mode they are those of a disk that does not move, s b − clearance.
+    Before the first mode they are s b − clearance, the penetrations of a disk at rest.
 
     first: first contact point; begin: first mode of the block.
     """
@@ -126,7 +126,7 @@ def advance_wave(
 ) -> tuple:
     """Corrector and predictor of a complex mode in rows k and k + 1 (state is modified).
 
-    Returns its Re z and Im z (L,) at the end of this step.
+    Returns Re z and Im z (L,) at the end of this step.
     """
     gain, decay = v.load(lanes, scheme.gain, k), v.load(lanes, scheme.decay, k)
     a, _ = corrected(lanes, scheme, state, n_active, begin, k)
@@ -148,10 +148,7 @@ def advance_wave(
 def turn_pair(
     lanes: tuple, scheme: Scheme, values: np.ndarray, k: int, c: np.ndarray, s: np.ndarray
 ) -> tuple:
-    """Turn a pair c, s of the casing by the angle of a step, and keep it (values are modified).
-
-    k: row of the first of the pair.
-    """
+    """Turn a pair c, s of the casing, and store it in rows k and k + 1 of values (modified)."""
     c, s = turned(lanes, scheme, k, c, s)
     v.store(values, k, c)
     v.store(values, k + 1, s)
@@ -163,7 +160,7 @@ def advance_real(
     lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
     depth: tuple,
 ) -> tuple:  # fmt: skip
-    """`advance` of a block of ordinary modes."""
+    """`advance` for a block of real modes."""
     points = v.consecutive(TIPS, 0)
     for k in range(begin, end):
         q, d = advanced(lanes, scheme, state, step, n_active, begin, k)
@@ -179,7 +176,7 @@ def advance_pairs(
     lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
     depth: tuple,
 ) -> tuple:  # fmt: skip
-    """`advance` of a block of pairs of rows: complex modes, or modes of a casing that vibrates."""
+    """`advance` for a block of pairs of rows: complex modes, or pairs of the casing."""
     points, complex_modes = v.consecutive(TIPS, 0), begin < scheme.normal.shape[0] - scheme.casing
     for k in range(begin, end, 2):
         if complex_modes:
@@ -203,11 +200,11 @@ def advance(
     """Corrector and predictor of a block of modes (state is modified).
 
     depth: penetrations of the first tile of contact points [m].
-    Returns these, with the block added where registers have room for the sums beside the modes.
+    Returns depth, with the block added where registers have room for the sums beside the modes.
     """
     if begin >= first_pair(scheme):
         return advance_pairs(lanes, scheme, state, step, n_active, begin, end, depth)
-    # The loop over the modes stands in every branch without the questions that the branch answers.
+    # Each branch compiles a loop over the modes without the tests whose answer the branch knows.
     if scheme.external.shape[0] > 0 or state.before.shape[0] > 0:
         return advance_real(lanes, scheme, state, step, n_active, begin, end, depth)
     if n_active > 0 or BESIDE_MODES:
@@ -220,9 +217,9 @@ def project(
     lanes: tuple, matrix: np.ndarray, position: np.ndarray, first: int, begin: int, end: int,
     tile: tuple,
 ) -> tuple:  # fmt: skip
-    """A tile of rows, plus what a block of modes adds to them.
+    """Add the displacements by a block of modes to a tile of rows.
 
-    matrix: (K, n) row per unit modal coordinate; first: of the tile.
+    matrix: (K, n) displacement of each row per unit modal coordinate; first: row of the tile.
     position: (K, L) modal coordinates.
     """
     rows = v.consecutive(TIPS, first)
@@ -233,9 +230,9 @@ def project(
 
 @compiled(inline=True, inner=True)
 def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-    """Corrector of the step before, predictor and penetrations of this one (bank is modified).
+    """Corrector of the step before, predictor and penetrations of this step (bank is modified).
 
-    Returns (L,); deepest penetration of all contact points [m].
+    Returns the deepest penetration of all contact points (L,) [m].
     """
     scheme, state = bank.scheme, bank.state
     n_modes, n_points = scheme.normal.shape
@@ -259,10 +256,10 @@ def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
 def settle(
     lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, end: int, seen: tuple
 ) -> tuple:
-    """Corrector by itself of a block of modes (state is modified).
+    """Corrector of a block of modes without a predictor (state is modified).
 
     seen: first tile of observed displacements [m].
-    Returns these, with the block added where registers have room for the sums beside the modes.
+    Returns seen, with the block added where registers have room for the sums beside the modes.
     """
     points = v.consecutive(TIPS, 0)
     for k in range(begin, end):
@@ -279,7 +276,7 @@ def settle(
 
 @compiled(inline=True, inner=True)
 def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> tuple:
-    """Corrector by itself of all modes (state is modified); returns as `settle`."""
+    """Corrector of all modes without a predictor (state is modified); returns as `settle`."""
     seen, begin = v.tile_splat(TIPS, v.splat(lanes, 0.0)), 0
     while begin < state.position.shape[0]:
         end = end_of_block(scheme, begin)

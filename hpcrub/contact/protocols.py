@@ -1,7 +1,7 @@
-"""What the kernel asks of a scene, a grid of time steps, a contact law and a surface.
+"""Protocols of the kernel: members of a scene, a grid of time steps, a contact law, a surface.
 
-Any class that has the members fits, wherever it stands: a law of one's own may be in a notebook,
-and `response.scene.Scene.law` takes its class.
+Any class with these members fits, wherever it is defined: `response.scene.Scene.law` also takes the
+class of a law from a notebook.
 """
 
 # ruff: noqa: D102, E704
@@ -20,7 +20,7 @@ from hpcrub.model.reduction import Modes
 
 
 class Grid(Protocol):
-    """How a revolution is cut."""
+    """Division of a revolution into time steps and blocks."""
 
     @property
     def steps_per_revolution(self) -> int:
@@ -32,7 +32,7 @@ class Grid(Protocol):
 
 
 class Scene(Protocol):
-    """Casing, contact and load at one speed; members as of `response.scene.Scene`."""
+    """Casing, contact and load at one speed; members as in `response.scene.Scene`."""
 
     @property
     def interface(self) -> Interface: ...
@@ -64,30 +64,30 @@ class Scene(Protocol):
 
 
 class Law(Protocol):
-    """Which forces the casing exerts on the tips: a NamedTuple of arrays with these methods.
+    """Contact law, the forces of the casing on the tips: a NamedTuple of arrays with these methods.
 
-    Its class chooses the code when the kernel is compiled, so that no scene compiles or pays for
-    another law. `laws.planar.Planar` is the law of planar disks, `laws.solid.Solid` that of disks
-    that move in three dimensions. `predict` and `forces` are compiled.
+    The class chooses the code when the kernel is compiled, so that no scene compiles or pays for
+    another law. `laws.planar.Planar` is the law of planar disks, `laws.solid.Solid` the law of
+    disks that move in three dimensions. `predict` and `forces` are compiled.
     """
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
-        """Names of its arrays whose last axis are the lanes, and of groups of such arrays.
+        """Names of arrays whose last axis is the lanes, and of groups of such arrays.
 
-        They are zero in an idle lane, which must then get no force.
+        They are zero in an idle lane, and the law must give this lane no force.
         """
 
     @classmethod
     def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Law":
-        """State of idle lanes."""
+        """Make the arrays of the law for idle lanes."""
 
     @classmethod
     def loads(cls, modes: Modes, scene: Scene) -> np.ndarray:
-        """Modal forces of unit multipliers (K, F), columns as `State.multiplier` but its last."""
+        """Modal forces of unit multipliers (K, F), in the order of `State.multiplier`."""
 
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
-        """Give a lane what depends on its speed and step; its arrays are zero before."""
+        """Fill the arrays of a lane for its speed and step; they are zero before."""
 
     def forces_on_points(
         self, multiplier: np.ndarray, scene: Scene
@@ -95,32 +95,32 @@ class Law(Protocol):
         """Normal, tangential and axial forces of recorded multipliers (R, F, L) [N]."""
 
     def steps_touched(self, lane: int) -> np.ndarray:
-        """Steps in which every blade carried a force, (0,) if the law does not count them."""
+        """Number of steps in which each blade carried a force; (0,) if not counted."""
 
     def memory(self, lane: int) -> Any:
-        """What a later run of the lane goes on from beside its motion; None if it is nothing."""
+        """State from which a later run of the lane goes on, beside its motion; or None."""
 
     def remember(self, lane: int, memory: Any) -> None:
-        """Give a `memory` that is not None to a lane that has just been filled."""
+        """Restore a `memory`, not None, in a lane that has just been filled."""
 
     @staticmethod
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-        """Corrector of the step before, predictor and penetrations of this one.
+        """Corrector of the step before, predictor and penetrations of this step.
 
-        Returns (L,); the deepest penetration [m]. `passes.predict` serves most laws.
+        Returns the deepest penetration (L,) [m]. `passes.predict` serves most laws.
         """
 
     @staticmethod
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
-        """Multipliers of a step in which something penetrates.
+        """Multipliers of a step in which a point penetrates.
 
-        Returns the rows of `State.multiplier` that the corrector has to apply, listed in
-        `State.active`.
+        Returns how many rows of `State.multiplier` the corrector has to apply, which `State.active`
+        lists.
         """
 
 
 class Coupled(Protocol):
-    """What `lcp.gauss_seidel` asks of a law that calls it; members as of `laws.planar.Planar`."""
+    """A law that `lcp.gauss_seidel` can solve; members as in `laws.planar.Planar`."""
 
     @property
     def coupling(self) -> np.ndarray: ...
@@ -133,10 +133,10 @@ class Coupled(Protocol):
 
 
 class Surface(Protocol):
-    """What the points of `Planar` and `Solid` meet: `laws.hard.Hard` or `laws.surfaces.Coated`.
+    """Surface before the points of `Planar` and `Solid`: `laws.hard.Hard`, `laws.surfaces.Coated`.
 
-    `Coated` says what every method does. A step calls the compiled static methods in this order;
-    `press` is all that a planar disk needs, those after it serve a disk in three dimensions.
+    `Coated` describes every method. A step calls the compiled static methods in about this order;
+    `Planar` leaves all after `tick` to `press`, and `Solid` never calls `press`.
     """
 
     def fill(self, lane: int, scene: Scene, h: float, compliance: np.ndarray) -> None: ...

@@ -1,4 +1,4 @@
-"""Recurrence coefficients of a time step: what each integration scheme makes of a mode.
+"""Coefficients with which each integration scheme advances a mode by a time step.
 
 All schemes are the same recurrence d ← decay·d − ω² gain·q + gain·f, q ← q + d, for the increment
 d = q_n − q_{n−1} of a modal coordinate under the modal force f.
@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 LARGEST_PHASE = 2.0  # ωh up to which a mode is integrated exactly: about three steps per period
-SOFT = 3.0  # stiffness times compliance of a step, beyond which a step damps a rebound
+SOFT = 3.0  # stiffness times compliance in a step, about which a step begins to damp a rebound
 
 
 def newmark(stiffness: Any) -> tuple[Any, Any, Any]:
-    """Weights of the contact forces at the end of a step and at the ends of the two before it.
+    """Weights a, b, c of the contact forces at the ends of a step and of the two steps before.
 
-    stiffness: of the surface, times the compliance of a point in a step, of any shape [-].
-    Returns a, b and c of that shape, from 1/4, 1/2 and 1/4 of a soft surface, the trapezoidal
-    rule, to 1, 0 and 0 of a hard one: Newmark's γ = 1/2 + δ, β = (1 + δ)²/4.
+    stiffness: stiffness of the surface times the compliance of a point in a step, any shape [-].
+    A soft surface has 1/4, 1/2 and 1/4, the trapezoidal rule, and a hard one 1, 0 and 0. The
+    weights follow Newmark's γ = 1/2 + δ, β = (1 + δ)²/4.
     """
     damped = (stiffness / (stiffness + SOFT)) ** 2
     return (1.0 + damped) ** 2 / 4.0, (1.0 - damped**2) / 2.0, (1.0 - damped) ** 2 / 4.0
@@ -30,14 +30,14 @@ def coefficients(
 
     scheme: ``central_difference`` or ``exact_modal``.
     omega: (K,) angular eigenfrequencies [rad/s].
-    damping_ratio: (K,) modal damping ratio ξ [-], of all modes or of each.
+    damping_ratio: modal damping ratio ξ [-], one for all modes or one for each (K,).
     h: time step [s].
     Returns decay (K,), factor of the last increment [-]; gain (K,), factor of a modal force [s²].
     Source: Joachim, Nyssen, Batailly (2020), section 2.2.2, for central differences.
     ``exact_modal`` follows each mode without error between two steps, as long as ωh ≤ 2. A faster
-    mode would be sampled too seldom: near ωh = 2πk its samples are those of a slow mode that does
-    not exist (aliasing). The trapezoidal rule takes its place, whose phase per step never reaches
-    π. ``docs/theory.md`` derives both.
+    mode would be sampled too seldom: near ωh = 2πk its samples look like a slow mode that does not
+    exist (aliasing). Such a mode takes the trapezoidal rule, whose phase per step never reaches π.
+    ``docs/theory.md`` derives both.
     """
     if scheme == "central_difference":
         c = damping_ratio * omega * h

@@ -1,4 +1,4 @@
-"""LLVM vector instructions: what the functions of ``lanes.py`` are in compiled code."""
+"""LLVM vector instructions that compiled code has for the functions of ``lanes.py``."""
 
 import operator
 from collections.abc import Callable
@@ -41,7 +41,7 @@ class _Model(models.PrimitiveModel):
 
 
 def _compile_as(function, typed):
-    """In compiled code a function is the instruction that ``typed`` gives for types."""
+    """Make numba compile a function as the instruction that ``typed`` returns for its types."""
     context = Parameter("typing", Parameter.POSITIONAL_ONLY)
     parameters = [context, *signature(function).parameters.values()]
     typed.__signature__ = signature(function).replace(parameters=parameters)
@@ -50,9 +50,9 @@ def _compile_as(function, typed):
 
 
 def _instruction(function: Callable, returns: Callable) -> Callable:
-    """A decorator: in compiled code ``function`` is what the decorated one emits.
+    """Decorator for a function that emits the code of ``function`` in compiled code.
 
-    returns: numba types of the arguments to that of the result.
+    returns: function from the numba types of the arguments to the numba type of the result.
     """
 
     def decorate(emit):
@@ -67,7 +67,7 @@ def _instruction(function: Callable, returns: Callable) -> Callable:
 
 
 def _lane_by_lane(function, kind, emit):
-    """In compiled code ``function`` of vectors and numbers is ``emit(builder, *vectors)``."""
+    """Make numba compile ``function`` of vectors and numbers as ``emit(builder, *vectors)``."""
 
     def typed(typing, *kinds):
         lanes = [k for k in kinds if isinstance(k, LaneVector)]
@@ -86,7 +86,7 @@ def _lane_by_lane(function, kind, emit):
 
 
 def _address(context, builder, fe_type, array, row, column, pointee):
-    """Pointer to array[row, column], whether rows or columns lie in one piece, or to array[row]."""
+    """Pointer to array[row, column] of a matrix in either order, or to array[row]."""
     struct = context.make_array(fe_type)(context, builder, array)
     if fe_type.ndim == 1:
         offset = row
@@ -105,7 +105,7 @@ def _broadcast(builder, scalar, width):
 
 
 def _fma(builder, a, b, c):
-    # llvm.fmuladd, not llvm.fma: on a machine without the instruction that one is a library call
+    # llvm.fmuladd, because llvm.fma is a library call on a machine without the instruction
     function = cgutils.get_or_insert_function(
         builder.module, ir.FunctionType(a.type, [a.type] * 3), f"llvm.fmuladd.v{a.type.count}f64"
     )
@@ -152,7 +152,7 @@ def _splat(context, builder, sig, args):
 
 
 def _row(context, builder, fe_type, array, row, vector):
-    """Pointer to a row of a lane array, which is as long as the vector."""
+    """Pointer to a row of a lane array; the row is as long as the vector."""
     data = context.make_array(fe_type)(context, builder, array).data
     return builder.gep(builder.bitcast(data, vector.as_pointer()), [row])
 
@@ -167,7 +167,7 @@ def _store_row(context, builder, fe_type, array, row, vector):
 
 
 def _scalar_at(context, builder, fe_type, array, row, column, width):
-    """Number of a matrix in every lane."""
+    """Vector with array[row, column] in every lane."""
     at = _address(context, builder, fe_type, array, row, column, DOUBLE)
     return _broadcast(builder, builder.load(at, align=8), width)
 
@@ -246,10 +246,10 @@ def _tile_relax(context, builder, sig, args):
     coupling, n_rows, *tiles, limit, change = args
     rows, depth, x = (cgutils.unpack_tuple(builder, tile) for tile in tiles)
     vector = ir.VectorType(DOUBLE, sig.args[3].dtype.width)
-    # a mask that another block has made is no register: it would be made anew for every point
+    # a mask from another basic block is no register: LLVM would make it anew for every point
     changing = builder.fcmp_ordered("<", limit, change)
     zero = change = ir.Constant(vector, None)
-    # bytes to a row and on to a column, which the processor adds: not an address for each pair
+    # byte offsets of rows and columns, which the processor adds: no address for each pair
     size = ir.Constant(INDEX, 8 * vector.count)
     columns = [builder.mul(row, size) for row in rows]
     data = context.make_array(sig.args[0])(context, builder, coupling).data
@@ -257,7 +257,7 @@ def _tile_relax(context, builder, sig, args):
     begins = [builder.gep(data, [builder.mul(column, n_rows)]) for column in columns]
     for a, column in enumerate(columns):
         new = builder.select(changing, _larger(builder, depth[a], zero), x[a])
-        # x − new as a smaller of two numbers: the next point waits two instructions less for it
+        # x − new as the smaller of two numbers makes the next point wait two instructions less
         less = builder.fsub(x[a], depth[a])
         less = builder.select(builder.fcmp_ordered("<", less, x[a]), less, x[a])
         less = builder.select(changing, less, zero)

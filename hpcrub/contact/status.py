@@ -1,6 +1,7 @@
-"""Status of a point (one speed of one sample), and why it has no result, or one to be careful with.
+"""Status of a point (one speed of one sample), and reasons against its result.
 
-The codes stand in result files: they never change their meaning.
+A reason says why a point has no result, or one to be careful with. Result files hold the codes,
+which therefore never change their meaning.
 """
 
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED = range(5)  # status of a point
 
-# reasons; BALANCE is given by the stress tests alone, which audit the energy of every run
+# reasons; only the stress tests, which audit the energy of every run, give BALANCE
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
 PERMANENT, FLUTTER, REVERSED, RUNAWAY = 8, 9, 10, 11
 WORDS = (
@@ -31,22 +32,22 @@ FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANEN
 
 
 def are_fatal(codes: npt.ArrayLike) -> np.ndarray:
-    """Whether the points of these reasons have no result; codes and answer of any shape."""
+    """Whether points with these reasons have no result; codes of any shape."""
     return np.isin(codes, FATAL)
 
 
 def words(code: int) -> str:
-    """The words of a reason, which a damaged file may make up."""
+    """Text of a reason; a damaged file may hold a code that is unknown."""
     return WORDS[code] if code < len(WORDS) else f"unknown reason {code}"
 
 
 def count(codes: npt.ArrayLike) -> np.ndarray:
-    """How often every reason occurs among codes of any shape; codes without words are left out."""
+    """Number of points with each reason; codes of any shape, of which unknown ones are left out."""
     return np.bincount(np.ravel(codes), minlength=len(WORDS))[: len(WORDS)]
 
 
 def lines(counts: npt.ArrayLike, n_points: int) -> Iterator[str]:
-    """What went wrong in n_points points, in words; counts: as `count` returns."""
+    """Yield a line of text for each reason among n_points points; counts: from `count`."""
     for code, n in enumerate(np.asarray(counts)):
         if code != NONE and n:
             yield f"{n} of {n_points} points: {WORDS[code]}"

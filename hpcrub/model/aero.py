@@ -1,17 +1,17 @@
 """Air between the blades: damping of every wave of a family of blades, and complex modes.
 
 In wave r = 0 … N−1 of a tuned family blade j moves as e^{i(ωt − 2πrj/N)}: wave r travels with the
-rotation, wave N − r against it. With the waves ψ_r of the tuned disk, their damping ratios ζ_r,
-frequency shifts δ_r, and so the eigenvalues λ_r = ω_r (−ζ_r + i (1 + δ_r)) that they are to have,
+rotation, wave N − r against it. Let ψ_r be the waves of the tuned disk, ζ_r their damping ratios,
+δ_r their frequency shifts and λ_r = ω_r (−ζ_r + i (1 + δ_r)) the eigenvalues that follow. Then
 
     D = Σ_r d_r Mψ_r ψ_rᴴM,    d_r = −(λ_r + λ̄_{N−r}),
     K = Σ_r k_r Mψ_r ψ_rᴴM,    k_r = λ_r λ̄_{N−r},
 
-are real, and are damping and stiffness with exactly these eigenvalues. Of a mistuned disk the N
-modes of the family become N complex ones (`Waves`); all others stay. `docs/theory.md` says more.
+are real matrices of damping and stiffness with exactly these eigenvalues. On a mistuned disk the N
+modes of the family become N complex modes (`Waves`); all others stay. `docs/theory.md` says more.
 
-Crawley, in AGARD-AG-298 vol. 1 (1987), has influence coefficients and waves; Kaza and Kielb, AIAA
-J. 20 (1982), what mistuning does.
+Crawley, in AGARD-AG-298 vol. 1 (1987), derives influence coefficients and waves; Kaza and Kielb,
+AIAA J. 20 (1982), show the effect of mistuning.
 """
 
 from typing import NamedTuple
@@ -21,14 +21,14 @@ import numpy as np
 from hpcrub.model.damping import state_matrix
 from hpcrub.model.families import multiplicity
 
-CYCLIC = 1e-3  # by which a tuned disk's waves may miss to repeat themselves from blade to blade
+CYCLIC = 1e-3  # tolerance with which waves of a tuned disk repeat themselves from blade to blade
 
 
 class Curve(NamedTuple):
-    """What is given of a family: N values, wave r with the rotation, N − r against it."""
+    """Damping and frequency of the waves of a family: r with the rotation, N − r against it."""
 
-    family: int  # from 0
-    damping_ratio: np.ndarray  # ζ_r (N,), of structure and air together [-]
+    family: int  # number of the family, from 0
+    damping_ratio: np.ndarray  # ζ_r (N,), structure and air together [-]
     frequency_shift: np.ndarray  # δ_r (N,) [-]
 
 
@@ -44,37 +44,37 @@ class Air(NamedTuple):
 class Waves(NamedTuple):
     """Complex modes z' = λ z + l f of a disk in air, in the place of N of its real modes."""
 
-    rows: np.ndarray  # these modes (N,) int
-    eigenvalue: np.ndarray  # λ, of increasing frequency (N,) [1/s]
-    right: np.ndarray  # their coordinates q = Re(right z) (N, N)
-    left: np.ndarray  # z of positions and velocities, z = left [q, q'] (N, 2N)
-    slopes: np.ndarray  # of λ by W² and W⁴, W the speed of rotation (0 or 2, N)
-    damping: np.ndarray  # D on these modes (N, N) [1/s]
-    stiffness: np.ndarray  # what K has beyond their ω² (N, N) [rad²/s²]
+    rows: np.ndarray  # indices of the replaced real modes (N,) int
+    eigenvalue: np.ndarray  # λ, by increasing frequency (N,) [1/s]
+    right: np.ndarray  # matrix to coordinates of the replaced modes, q = Re(right z) (N, N)
+    left: np.ndarray  # matrix from positions and velocities, z = left [q, q'] (N, 2N)
+    slopes: np.ndarray  # slopes of λ over W² and W⁴, W the speed of rotation (0 or 2, N)
+    damping: np.ndarray  # D on the replaced modes (N, N) [1/s]
+    stiffness: np.ndarray  # K on the replaced modes, less their ω² (N, N) [rad²/s²]
 
     def motion(self, displacement: np.ndarray) -> np.ndarray:
-        """Rows (..., K) per unit modal coordinate as rows (..., 2N) per Re z and Im z."""
+        """Displacements per unit Re z and Im z (..., 2N), from those per coordinate (..., K)."""
         part = displacement[..., self.rows] @ self.right
         return part.conj().view(float)
 
     def force(self, displacement: np.ndarray) -> np.ndarray:
-        """What unit forces along rows (..., K) add to Re z' and Im z' (..., 2N)."""
+        """Re z' and Im z' (..., 2N) that unit forces along displacements (..., K) add."""
         part = displacement[..., self.rows] @ self.left[:, len(self.rows) :].T
         return part.view(float)
 
     def coordinates(self, parts: np.ndarray) -> np.ndarray:
-        """Real modal coordinates (..., N) of Re z and Im z in turn (..., 2N)."""
+        """Real modal coordinates (..., N) from alternating Re z and Im z (..., 2N)."""
         z = parts[..., 0::2] + 1j * parts[..., 1::2]
         return (z @ self.right.T).real
 
     def parts(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Re z and Im z in turn (..., 2N) of real modal coordinates and velocities (..., N)."""
+        """Alternating Re z and Im z (..., 2N), from modal coordinates and velocities (..., N)."""
         z = np.concatenate([position, velocity], axis=-1) @ self.left.T
         return z.view(float)
 
     @property
     def damping_ratio(self) -> np.ndarray:
-        """−Re λ/|λ| of every complex mode (N,); below zero it flutters."""
+        """−Re λ/|λ| of every complex mode (N,); a mode with a negative one flutters."""
         return -self.eigenvalue.real / np.abs(self.eigenvalue)
 
 
@@ -95,35 +95,38 @@ def of_influence(
 def largest_amplification(damping_ratio: np.ndarray, diameters: int) -> float:
     """Whitehead's limit of the linear amplification, for waves of different damping [-].
 
-    damping_ratio: of all waves (N,), above zero; diameters: of the load, forward.
+    damping_ratio: of all waves (N,), positive; diameters: nodal diameters of the load, forward.
     `docs/theory.md` derives the limit ½ [1 + √(ζ_n Σ_r 1/ζ_r)].
-    Source: Whitehead, J. Mech. Eng. Sci. 8 (1966), of equal waves.
+    Source: Whitehead, J. Mech. Eng. Sci. 8 (1966), for equal damping of all waves.
     """
     own = damping_ratio[diameters % len(damping_ratio)]
     return float(0.5 * (1.0 + np.sqrt(own * (1.0 / damping_ratio).sum())))
 
 
 def eigenvalues(omega: np.ndarray, curve: Curve) -> np.ndarray:
-    """λ_r that waves of frequencies (N,) [rad/s] are to have (N,) [1/s]."""
+    """Eigenvalues λ_r (N,) [1/s] that a curve asks of waves with frequencies (N,) [rad/s]."""
     return omega * (-curve.damping_ratio + 1j * (1.0 + curve.frequency_shift))
 
 
 def coefficients(wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """d_r [1/s] and k_r [rad²/s²] of waves with these eigenvalues λ_r (N,)."""
+    """Coefficients d_r [1/s] and k_r [rad²/s²] that give waves the eigenvalues λ_r (N,)."""
     opposite = np.roll(wanted[::-1], 1).conj()  # λ̄ of N − r
     return -(wanted + opposite), wanted * opposite
 
 
 def family_columns(diameters: np.ndarray, family: int, n_blades: int) -> np.ndarray:
-    """Tuned modes (N,) of a family, from 0, by their diameters (m,). Raises ValueError for none."""
-    found: list[int] = []
+    """Tuned modes (N,) int of a family, from 0; diameters: (m,) of all tuned modes.
+
+    Raises ValueError: if the model lacks modes of the family.
+    """
+    columns: list[int] = []
     for h in range(n_blades // 2 + 1):
         each = multiplicity(h, n_blades)
         mine = np.flatnonzero(diameters == h)[family * each : (family + 1) * each]
         if len(mine) < each:
             raise ValueError(f"the reduced model has no family {family + 1} of {h} nodal diameters")
-        found += mine.tolist()
-    return np.sort(found)
+        columns += mine.tolist()
+    return np.sort(columns)
 
 
 def air_of(
@@ -133,14 +136,14 @@ def air_of(
 
     tuned_eigenvalues, diameters: of the tuned modes (m,) [rad²/s²], [-].
     blades: displacements (p, N, m) of p like points of all blades, in the direction of rotation.
-    Raises ValueError where the model has no such family, or does not repeat itself.
+    Raises ValueError: if the model lacks the family, or does not repeat itself from blade to blade.
     """
     n_blades = blades.shape[1]
     columns = family_columns(diameters, curve.family, n_blades)
     here = blades[:, :, columns]
     following = np.roll(here, -1, axis=1)
     shift = np.linalg.lstsq(here.reshape(-1, n_blades), following.reshape(-1, n_blades))[0]
-    turns, waves = np.linalg.eig(shift)  # of the following blade: e^{−2πi r/N}
+    turns, waves = np.linalg.eig(shift)  # factor e^{−2πi r/N} of the following blade
     r = -np.angle(turns) * n_blades / (2.0 * np.pi)
     wave = np.round(r) % n_blades
     order = np.argsort(wave)
@@ -157,8 +160,8 @@ def complex_modes(
 ) -> Waves:
     """Complex modes of a mistuned disk in the subspace of the family.
 
-    vectors: its real modes on those of the tuned disk (m, K); squared: their ω² (K,) [rad²/s²];
-    stiffening: slopes of these by W² and W⁴ (0 or 2, K).
+    vectors: real modes of this disk on the tuned modes (m, K); squared: their ω² (K,) [rad²/s²];
+    stiffening: slopes of ω² over W² and W⁴ (0 or 2, K).
     """
     n = len(air.columns)
     part = vectors[air.columns]
@@ -172,12 +175,12 @@ def complex_modes(
 
 
 def eigen(damping: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Complex modes of q'' + D q' + K q = f, matrices (N, N), none of them overdamped.
+    """Complex modes of q'' + D q' + K q = f, matrices (N, N), with no mode overdamped.
 
-    Returns λ of positive frequency (N,), right (N, N) and left (N, 2N), as of `Waves`.
+    Returns λ of positive frequency (N,), right (N, N) and left (N, 2N), as in `Waves`.
     """
     n = len(damping)
-    scale = np.sqrt(np.abs(stiffness).max())  # of time: balances the blocks
+    scale = np.sqrt(np.abs(stiffness).max())  # a frequency that balances the blocks
     values, vectors = np.linalg.eig(state_matrix(damping, stiffness, scale))
     left = np.linalg.inv(vectors)
     left[:, n:] /= scale

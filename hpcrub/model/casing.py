@@ -1,7 +1,7 @@
 """The rigid casing: its shape over the circumference and the ramp at the start of a run.
 
-Heights are inward, angles those around the casing in the direction of rotation, from the place of
-the angle zero of the disk at the start of a run.
+Heights are inward. Angles run around the casing in the direction of rotation, and start where the
+angle zero of the disk is at the start of a run.
 """
 
 import math
@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-BUMP_WIDTH = 0.1  # of the pitch: where a bump has 1/e of its height, on each side of its crest
-N_ANGLES = 2**14  # of a shape whose spectrum is asked for
+BUMP_WIDTH = 0.1  # distance from the crest where a bump has 1/e of its height [pitches]
+N_ANGLES = 2**14  # angles at which spectra are computed
 MOST_ANGLES = 2**17
 FINER = 16  # angles per cut-off wavelength of smoothed points, at least
-ORDER = 4  # of the spline filter
-RELEVANT = 0.01  # of the largest amplitude of any order
+ORDER = 4  # exponent of the spline filter
+RELEVANT = 0.01  # amplitude of a relevant order, over the largest of any order
 ACROSS = np.union1d(np.linspace(-3.0, 3.0, 49), (-math.sqrt(0.5), 0.0, math.sqrt(0.5)))
 
 
@@ -26,10 +26,10 @@ class Profile(NamedTuple):
     harmonics: tuple[tuple[int, float, float], ...] = ()
     # angle, increasing within one turn [rad], and height [m] of each point
     measured: tuple[tuple[float, float], ...] = ()
-    cut_off: float = 0.0  # wavelength of which smoothing leaves one half [rad]; 0: none
+    cut_off: float = 0.0  # wavelength that smoothing reduces to one half [rad]; 0: no smoothing
 
     def height(self, phi: np.ndarray, derivative: int = 0) -> np.ndarray:
-        """Height [m] at an angle [rad], of any shape, or its first or second derivative there."""
+        """Height [m] at angles [rad] of any shape, or its first or second derivative there."""
         total = np.zeros(np.shape(phi))
         for order, amplitude, crest in self.harmonics:
             turned = order * (phi - crest) + derivative * np.pi / 2.0
@@ -41,12 +41,12 @@ class Profile(NamedTuple):
 
     @property
     def exists(self) -> bool:
-        """Whether there is any."""
+        """Whether the profile has any harmonic or point."""
         return bool(self.harmonics or self.measured)
 
     @property
     def repeats(self) -> int:
-        """Times that it repeats itself in a turn, 0 when it is the same everywhere."""
+        """Number of periods in a turn, 0 when the height is the same everywhere."""
         return 1 if self.measured else math.gcd(*(order for order, *_ in self.harmonics))
 
 
@@ -54,27 +54,27 @@ NO_PROFILE = Profile()
 
 
 class Outline(NamedTuple):
-    """What the shape of a casing says about loads and time steps."""
+    """Measures of a casing's shape that loads and time steps depend on."""
 
     highest: float  # [m]
     lowest: float  # [m], 0 at most
     mean: float  # [m]
     slope: float  # largest, either way [m/rad]
-    curvature: float  # of the sharpest crest, wherever it is [m/rad²]
-    orders: tuple[int, ...]  # relevant ones, the strongest first; none of a circle
-    smoothed_away: float  # of the measured points, at most [m]
+    curvature: float  # of the sharpest crest [m/rad²]
+    orders: tuple[int, ...]  # relevant orders, the strongest first; () for a circle
+    smoothed_away: float  # largest change of the measured profile by smoothing [m]
 
 
 @lru_cache(maxsize=16)
 def smoothed(measured: tuple[tuple[float, float], ...], cut_off: float) -> np.ndarray:
     """Measured points of a casing, smoothed.
 
-    - measured: as of `Profile`.
-    - cut_off: wavelength of which one half is left [rad]; 0: lines between the points.
+    - measured: points as in `Profile`.
+    - cut_off: wavelength that is reduced to one half [rad]; 0: lines between the points.
 
     Returns (4, n): angles [rad], height [m], slope [m/rad] and second derivative [m/rad²]; without
-    smoothing the mean slope at each point, and its change over the shorter of the lines beside it.
-    Source: ISO 16610-22, the periodic spline filter: 1/(1 + (n/n_c)⁴) of an order n is left.
+    smoothing the mean slope at each point, and its change over the shorter of the adjacent lines.
+    Source: ISO 16610-22, the periodic spline filter, which reduces an order n by 1/(1 + (n/n_c)⁴).
     """
     angle, height = np.array(measured).T
     if cut_off == 0.0:
@@ -95,7 +95,7 @@ def smoothed(measured: tuple[tuple[float, float], ...], cut_off: float) -> np.nd
 def bump_height(
     phi: np.ndarray, n_bumps: int, height: float, width: float = BUMP_WIDTH
 ) -> np.ndarray:
-    """Height of n_d evenly spaced bumps [m], inward, at angles from any of them [rad].
+    """Height of n_d evenly spaced bumps [m], inward, at angles from the crest of any bump [rad].
 
     - height: of a bump, c_rd [m].
     - width: distance from its crest at which a bump has 1/e of its height, in pitches [-].
@@ -116,10 +116,10 @@ class CasingShape(NamedTuple):
     n_bumps: int
     bump_height: float  # [m]
     profile: Profile = NO_PROFILE
-    bump_width: float = BUMP_WIDTH  # distance from its crest where a bump has 1/e of it [pitches]
+    bump_width: float = BUMP_WIDTH  # from the crest to 1/e of a bump's height [pitches]
 
     def height(self, phi: np.ndarray) -> np.ndarray:
-        """Height at an angle from a bump, of any shape [m]: bumps and profile together."""
+        """Height [m] of bumps and profile together, at angles from a bump, of any shape."""
         bumps = bump_height(phi, self.n_bumps, self.bump_height, self.bump_width)
         return bumps + self.profile.height(phi) if self.profile.exists else bumps
 
@@ -130,7 +130,7 @@ class CasingShape(NamedTuple):
 
     @property
     def repeats(self) -> int:
-        """Times that it repeats itself in a turn."""
+        """Number of periods of the shape in a turn."""
         if not self.profile.exists:
             return self.n_bumps
         return math.gcd(self.n_bumps if self.bump_height > 0.0 else 0, self.profile.repeats)
@@ -145,8 +145,8 @@ class CasingShape(NamedTuple):
 def outline(shape: CasingShape) -> Outline:
     """Outline of a casing: bumps, harmonics and smoothed points together.
 
-    Slope and curvature are looked at at evenly spaced angles, across every bump and at every
-    measured point. Of Gaussian bumps the first six multiples of their number are relevant orders.
+    Slope and curvature are sampled at evenly spaced angles, across every bump and at every measured
+    point. For Gaussian bumps the relevant orders are the first six multiples of their number.
     """
     n_bumps, height, profile, width = shape
     around = 2.0 * np.pi * np.arange(N_ANGLES) / N_ANGLES

@@ -1,15 +1,15 @@
-"""A casing that vibrates: waves around an elastic casing, and how blades in rotation see them.
+"""A casing that vibrates: waves around an elastic casing, as points in rotation see them.
 
 At the angle θ of the casing the wave with n periods moves it outward by w and towards +θ by v,
 
     w = A (c cos nθ + s sin nθ),    v = B (c sin nθ − s cos nθ),
 
 with ordinary modal coordinates c and s of one frequency. In coordinates that are turned by nΩt
-contact points in rotation see constant projections, so that a casing that vibrates is a few pairs
-of rows beside the modes of the disk (`Modes.joined`). `docs/theory.md` says more.
+the projections on contact points in rotation are constant, so that a casing that vibrates adds a
+few pairs of rows to the modes of the disk (`Modes.joined`). `docs/theory.md` derives them.
 
-Legrand, Pierre, Cartraud, Lombard, J. Sound Vib. 319 (2009), has the ring in contact with a bladed
-disk; Soedel, Vibrations of shells and plates, its free vibration.
+Legrand, Pierre, Cartraud, Lombard, J. Sound Vib. 319 (2009), treats the ring in contact with a
+bladed disk; Soedel, Vibrations of shells and plates, its free vibration.
 """
 
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from scipy.linalg import eigh
 
 
 class CasingModes(NamedTuple):
-    """J pairs of modes of an axisymmetric casing, mass-normalised; of n = 0 the sine stays idle."""
+    """J mass-normalised pairs of modes of a round casing; for n = 0 the sine stays idle."""
 
     n_waves: np.ndarray  # n (J,) int, periods around the circumference [-]
     omega: np.ndarray  # angular eigenfrequency (J,) [rad/s]
@@ -36,7 +36,7 @@ class CasingModes(NamedTuple):
         return outward.reshape(len(phase), -1), along.reshape(len(phase), -1)
 
     def seen_from(self, angle: np.ndarray) -> "Pairs":
-        """The casing as contact points at angles (C,) [rad] of the rotating frame see it."""
+        """Pairs as seen by contact points at angles (C,) [rad] of the rotating frame."""
         outward, along = self.rows(angle)
         return Pairs(self.n_waves, self.omega, self.damping_ratio, self.radial, -outward, -along)
 
@@ -48,14 +48,14 @@ class CasingModes(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """J pairs of modes of a casing before C contact points in rotation."""
+    """J pairs of modes of a casing, projected on C contact points in rotation."""
 
     n_waves: np.ndarray  # (J,) int [-]
     omega: np.ndarray  # (J,) [rad/s]
     damping_ratio: np.ndarray  # (J,) [-]
     radial: np.ndarray  # A (J,) [1/√kg]
-    # motion of the points as the casing sees it, per unit coordinate: what brings a point nearer to
-    # the casing and forward along it (C, 2J) [1/√kg]
+    # motion of the points relative to the casing per unit coordinate: towards the casing, and
+    # forward along it (C, 2J) [1/√kg]
     normal: np.ndarray
     tangential: np.ndarray
 
@@ -76,10 +76,10 @@ class Ring(NamedTuple):
 
 
 def ring_modes(ring: Ring, n_waves: np.ndarray, damping_ratio: float) -> CasingModes:
-    """Flexural modes of a ring: of each n the lower root of membrane and bending together.
+    """Flexural modes of a ring: for each n the lower root of membrane and bending together.
 
     n_waves: (J,) int; n = 0 is the breathing mode.
-    Raises ValueError: for a wave that nothing holds, n = 1 (or 0 without stiffness) without a bed.
+    Raises ValueError: for a wave without stiffness, such as n = 1 on a ring without a bed.
     Source: Soedel, Vibrations of shells and plates, chapter on rings; Love's theory.
     """
     R, E = ring.radius, ring.young

@@ -1,4 +1,4 @@
-"""What gives way at the blade tips: a casing that is elastic, a coating on it that wears."""
+"""An elastic casing, and a coating on the casing that wears."""
 
 from typing import NamedTuple
 
@@ -23,12 +23,12 @@ class Coating(NamedTuple):
     young: float  # E [Pa]
     yield_stress: float  # σ_Y [Pa]
     hardening: float  # H [Pa]
-    area: float  # of a blade's tip, shared by its contact points [m²]
-    width: float = 0.0  # of the coating, in the axial direction [m]
+    area: float  # area of a blade's tip, shared by its contact points [m²]
+    width: float = 0.0  # axial width of the coating [m]
 
     @property
     def kept(self) -> float:
-        """Part of a penetration beyond yield that is worn away, E/(E + H) [-]."""
+        """Share of a penetration beyond yield that is worn away, E/(E + H) [-]."""
         return self.young / (self.young + self.hardening)
 
     @property
@@ -38,15 +38,15 @@ class Coating(NamedTuple):
 
     @property
     def worn_through(self) -> float:
-        """Worn depth where a tip has come to the casing behind it [m]; the rest is compacted."""
+        """Worn depth at which a tip reaches the casing behind [m]; the rest is compacted."""
         return self.kept * max(0.0, self.thickness - self.depth_at_yield)
 
     def energy(self, worn: np.ndarray) -> np.ndarray:
-        """Energy per area [J/m²] that has gone into worn depths of any shape [m]."""
+        """Energy per area [J/m²] that worn depths [m] have taken, of any shape."""
         return (self.yield_stress + self.hardening * worn / (2.0 * self.thickness)) * worn
 
     def stiffnesses(self, area: float) -> tuple[float, float, float]:
-        """Of a bar of an area [m²]: before and beyond yield [N/m], force of the latter at p = 0."""
+        """Constants of a bar [m²] with force k₁ p, beyond yield k₂ p + c₀: k₁, k₂ [N/m], c₀ [N]."""
         before = self.young * area / self.thickness
         start = before * self.depth_at_yield * self.kept
         return before, before * self.hardening / (self.young + self.hardening), start

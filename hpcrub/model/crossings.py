@@ -1,11 +1,11 @@
 """Speeds at which engine orders, and waves of a casing, meet natural frequencies of the blades.
 
-An engine order meets them where f(W) = n W with the stiffness K(W). Tips that see the n waves of a
-casing pair move in n − kN waves of the disk, those of the folded nodal diameter. Seen from the
-rotor the pair has the frequencies ω_c ± nΩ, and meets a family of blade modes ω_b(Ω) where
-nΩ = |ω_c ± ω_b|: at the sum both may grow by each other (*modal interaction*), at the difference
-they only exchange energy. A wave travels around the casing at ω_c/n: contact feeds those that the
-rotor overtakes (Iwan and Moeller 1976; Legrand et al. 2009).
+An engine order n meets a natural frequency f where f(W) = n W, with the stiffness K(W). A pair of
+casing modes with n waves moves the tips in n − kN waves of the disk, at the folded nodal diameter.
+Seen from the rotor the pair has the frequencies ω_c ± nΩ, and meets a family of blade modes ω_b(Ω)
+where nΩ = |ω_c ± ω_b|: at the sum blades and casing may make each other grow (*modal interaction*),
+at the difference they only exchange energy. A wave travels around the casing at ω_c/n: contact
+feeds the waves that the rotor overtakes (Iwan and Moeller 1976; Legrand et al. 2009).
 """
 
 from collections.abc import Callable, Sequence
@@ -17,12 +17,12 @@ from hpcrub.model.casing_modes import CasingModes
 from hpcrub.model.families import multiplicity
 from hpcrub.model.reduction import ReducedModel
 
-N_FAMILIES = 2  # of blade modes whose meetings with waves are listed
-N_SEARCHED = 401  # speeds between which the first meeting is looked for
+N_FAMILIES = 2  # families of blade modes whose meetings with casing waves are listed
+N_SEARCHED = 401  # speeds of the grid on which the first meeting is searched
 KINDS = "sum", "difference"
-SIGNS = 1.0, -1.0  # of ω_b in nΩ = |ω_c ± ω_b|
+SIGNS = 1.0, -1.0  # signs of ω_b in nΩ = |ω_c ± ω_b|
 REAL = 1e-6  # largest imaginary part of a real root, relative to the root
-SMALLEST = 1e-12  # root over the largest one: smaller ones are those of no speed
+SMALLEST = 1e-12  # root over the largest root, below which it is no speed but rounding
 
 
 def speeds(stiffness: Sequence, mass: np.ndarray, order: int) -> np.ndarray:
@@ -32,8 +32,8 @@ def speeds(stiffness: Sequence, mass: np.ndarray, order: int) -> np.ndarray:
 
     stiffness: one to three matrices K0, K1, K2, each (k, k), K0 positive definite.
     mass: (k, k), positive definite; order: n, 1 or more.
-    Returns (r,) increasing [rad/s]; the first is that of the lowest frequency; none where the order
-    never meets one, as rotation stiffens the structure faster than the order rises.
+    Returns (r,) increasing speeds [rad/s], the first for the lowest frequency; (0,) where rotation
+    stiffens the structure faster than the order rises, so that they never meet.
     """
     zeros = [np.zeros_like(mass)] * (3 - len(stiffness))
     K0, K1, K2 = (list(stiffness) + zeros)[:3]
@@ -41,7 +41,7 @@ def speeds(stiffness: Sequence, mass: np.ndarray, order: int) -> np.ndarray:
     shapes = shapes / np.sqrt(squares)  # K0 becomes the identity
     size = len(mass)
     A, B = (shapes.conj().T @ matrix @ shapes for matrix in (order**2 * mass - K1, K2))
-    scale = np.abs(squares).max()  # keeps both unknowns of the companion matrix of like size
+    scale = np.abs(squares).max()  # keeps the two unknowns of the companion matrix alike in size
     companion = np.block([[scale * A, -scale * B * scale], [np.eye(size), np.zeros((size, size))]])
     roots = eigvals(companion) / scale
     largest = np.abs(roots).max(initial=0.0)
@@ -50,7 +50,7 @@ def speeds(stiffness: Sequence, mass: np.ndarray, order: int) -> np.ndarray:
 
 
 def folded(order: int, n_blades: int) -> int:
-    """Nodal diameters of the motion that an engine order excites on like blades."""
+    """Nodal diameters of the motion that an engine order excites on equal blades."""
     return min(order % n_blades, -order % n_blades)
 
 
@@ -60,12 +60,12 @@ def of_disk(reduced: ReducedModel, diameters: np.ndarray, order: int) -> float:
     diameters: (m,) nodal diameters of the tuned modes. Returns NaN where they never meet.
     """
     mine = diameters == folded(order, reduced.interface.n_blades)
-    found = speeds(_stiffness(reduced, mine), np.eye(mine.sum()), order)
-    return float(found[0] / (2 * np.pi)) if len(found) else np.nan
+    met = speeds(_stiffness(reduced, mine), np.eye(mine.sum()), order)
+    return float(met[0] / (2 * np.pi)) if len(met) else np.nan
 
 
 def _stiffness(reduced, mine):
-    """K0, and K1, K2 where it depends on the speed, of some tuned modes (an index) of a disk."""
+    """K0, and K1, K2 where stiffness depends on the speed, in some tuned modes (an index)."""
     shapes, powers = reduced.tuned_modes[:, mine], reduced.speed ** np.array([2, 4])
     slopes = [shapes.T @ K @ shapes for K in reduced.stiffening]
     at_rest = np.diag(reduced.tuned_eigenvalues[mine])
@@ -77,8 +77,8 @@ def family_frequency(
 ) -> Callable[[float], float] | None:
     """Angular frequency [rad/s] of a family of the tuned disk over the speed of rotation [rad/s].
 
-    diameters: (m,) nodal diameters of the tuned modes; diameter: of these modes; family: from 0.
-    Returns None where the model has no such modes; NaN where rotation has taken all stiffness.
+    diameters: (m,) nodal diameters of the tuned modes; diameter, family (from 0): wanted modes.
+    Returns None where the model lacks them; the frequency is NaN where no stiffness is left.
     """
     at_rest, *slopes = _stiffness(reduced, diameters == diameter)
     place = family * multiplicity(diameter, reduced.interface.n_blades)
@@ -98,13 +98,13 @@ def interactions(
 ) -> np.ndarray:
     """Speeds of rotation at which waves of the casing and families of blades meet.
 
-    diameters: (m,) nodal diameters of the tuned modes; highest: speed looked at [rad/s].
-    Returns (J, N_FAMILIES, 2), nΩ = ω_c + ω_b and nΩ = |ω_c − ω_b| of every pair and family
-    [rad/s], the lowest of each; NaN where they do not meet up to the highest speed.
+    diameters: (m,) nodal diameters of the tuned modes; highest: end of the search [rad/s].
+    Returns (J, N_FAMILIES, 2), the lowest speed with nΩ = ω_c + ω_b, and with nΩ = |ω_c − ω_b|, of
+    every pair and family [rad/s]; NaN where they do not meet up to the highest speed.
     """
     from scipy.optimize import brentq  # a fifth of the program's start, for one kind of casing
 
-    found = np.full((len(casing.omega), N_FAMILIES, len(SIGNS)), np.nan)
+    lowest = np.full((len(casing.omega), N_FAMILIES, len(SIGNS)), np.nan)
     for j, (n, omega) in enumerate(zip(casing.n_waves, casing.omega, strict=True)):
         for family in range(N_FAMILIES if n else 0):
             diameter = folded(int(n), reduced.interface.n_blades)
@@ -118,5 +118,5 @@ def interactions(
                 gaps = np.array([off(speed) for speed in at])
                 meets = np.flatnonzero((gaps[:-1] < 0.0) & (gaps[1:] >= 0.0))
                 if len(meets):
-                    found[j, family, k] = brentq(off, at[meets[0]], at[meets[0] + 1])
-    return found
+                    lowest[j, family, k] = brentq(off, at[meets[0]], at[meets[0] + 1])
+    return lowest

@@ -6,15 +6,15 @@ import numpy as np
 
 
 class Damping(NamedTuple):
-    """Damping ratios that differ from mode to mode; the last one is that of all modes above."""
+    """Damping ratios that differ from mode to mode; all higher modes take the last ratio."""
 
     ratios: tuple[float, ...]  # [-]
-    family: int = 1  # modes, by frequency, that share a ratio
+    family: int = 1  # number of modes, by frequency, that share a ratio
     # upper ends of frequency bands [rad/s], increasing, one fewer than ratios; () for families
     bands: tuple[float, ...] = ()
 
     def of_modes(self, omega: np.ndarray) -> np.ndarray:
-        """Damping ratio of modes of increasing frequencies (K,) [rad/s]; bands hold upper ends."""
+        """Damping ratio of modes (K,) with increasing omega [rad/s]; bands hold upper ends."""
         place = np.arange(len(omega)) // self.family
         if self.bands:
             place = np.searchsorted(self.bands, omega)
@@ -22,9 +22,9 @@ class Damping(NamedTuple):
 
 
 def state_matrix(damping: np.ndarray, stiffness: np.ndarray, scale: float = 1.0) -> np.ndarray:
-    """Matrix (2n, 2n) of x'' + D x' + S x = 0, D and S each (n, n), in x and x'/scale.
+    """State matrix (2n, 2n) of x'' + D x' + S x = 0 in x and x'/scale; D and S are (n, n).
 
-    scale: of frequencies, which balances the blocks [1/s]; eigenvalues are over the scale.
+    scale: a frequency that balances the blocks [1/s]; the eigenvalues are divided by it.
     """
     zero, one = np.zeros_like(stiffness), np.eye(len(stiffness))
     return np.block([[zero, one], [-stiffness / scale**2, -damping / scale]])

@@ -1,7 +1,7 @@
 """Finite-element model of the bladed disk: ring, clamped spokes, leaned and bowed blades.
 
-The disk is cyclic. Every dof lives in a polar frame that turns with its sector, so each sector
-has the same matrices. Sector i owns, in this order:
+The disk is cyclic. Every dof belongs to a polar frame that turns with its sector, so that all
+sectors have the same matrices. Sector i has, in this order:
 
     ring node          u, u', v, v'   (polar at the blade root)
     spoke end          u' of the spoke's axial displacement; u, v and slope are the ring's
@@ -17,11 +17,11 @@ import numpy as np
 from hpcrub.model import elements
 
 _N_RING = 4  # dof of a ring node: u, u', v, v'
-_N_FOOT = _N_RING + 1  # and the spoke's own axial derivative
+_N_FOOT = _N_RING + 1  # dof of a ring node, and the axial derivative of the spoke
 
 
 class Points(NamedTuple):
-    """What is needed to draw the disk and its displacements; nodes of all parts together."""
+    """Nodes of all parts of the disk, with which to draw it and its displacements."""
 
     position: np.ndarray  # (n_nodes, 2) x, y [m]
     dof: np.ndarray  # (n_nodes, 2) radial and tangential dof, -1 where clamped
@@ -36,9 +36,9 @@ class Disk(NamedTuple):
 
     mass: np.ndarray  # (n, n)
     stiffness: np.ndarray  # (n, n)
-    blade_dof: np.ndarray  # (N, nb) dof that each blade touches
-    blade_stiffness: np.ndarray  # (N, nb, nb) part of the stiffness that is the blade's
-    # (N, 2, nb) normal stress at its root, on both faces, from its dof [Pa/m, Pa]
+    blade_dof: np.ndarray  # (N, nb) dof of each blade
+    blade_stiffness: np.ndarray  # (N, nb, nb) part of each blade in the stiffness
+    # (N, 2, nb) normal stress on both faces of a blade's root per unit of its dof [Pa/m, Pa]
     blade_stress: np.ndarray
     contact_dof: np.ndarray  # (n_c, 2) u_r, u_t of each contact point
     contact_blade: np.ndarray  # (n_c,) int, blade of each contact point
@@ -145,13 +145,13 @@ def _blade(disk, material, nodes):
 
 
 def _root_motion(disk, nodes):
-    """Ring u, u', v to the motion of the blade's root in the polar frame of its tip, (3, 3)."""
+    """Matrix (3, 3) from ring u, u', v to the motion of a blade's root in the frame of its tip."""
     radial = nodes[0] / np.hypot(*nodes[0])
     return _turn_node(radial).T @ _section_motion(disk.hub_radius)
 
 
 def _root_stress(disk, material, nodes):
-    """Stress of both faces at a blade's root, E (strain ± t/2 curvature), on its dof (2, nb)."""
+    """Stress on both faces of a blade's root per unit dof (2, nb): E (strain ± t/2 curvature)."""
     edge = nodes[1] - nodes[0]
     length = np.hypot(*edge)
     turn = np.kron(np.eye(2), _turn_node(edge / length))
@@ -164,7 +164,7 @@ def _root_stress(disk, material, nodes):
 
 
 def _spoke(disk, material):
-    """Mass and stiffness of a spoke, clamped at its inner end, on ring u, u', v and its own u'."""
+    """Mass and stiffness of a spoke that is clamped inside, on ring u, u', v and the spoke's u'."""
     beam = _beam(disk, disk.spoke_thickness, material)
     m, k = elements.spoke_element(beam, disk.hub_radius - disk.inner_radius)
     u, v, slope = _section_motion(disk.hub_radius)
@@ -175,7 +175,7 @@ def _spoke(disk, material):
 
 
 def _section_motion(radius):
-    """Ring u, u', v to the motion u, v, omega = v/R_h - u' of its section, (3, 3)."""
+    """Matrix (3, 3) from ring u, u', v to the motion u, v, omega = v/R_h - u' of the section."""
     return np.array([[1, 0, 0], [0, 0, 1], [0, -1, 1 / radius]])
 
 
@@ -184,13 +184,13 @@ def _direction(angle):
 
 
 def _turn_node(axis):
-    """Displacement and rotation of a node into the frame whose first axis is given, (3, 3)."""
+    """Matrix (3, 3) that turns the motion of a node into the frame with this first axis."""
     c, s = axis
     return np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
 
 def _points(disk, nodes, blade_dof):
-    """Nodes: of all blades, root to tip, then the inner ends of the spokes."""
+    """Points with the nodes of all blades, root to tip, then the inner ends of the spokes."""
     n_blades, n_nodes = disk.n_blades, len(nodes)
     tip = _tip_angles(disk)
     root = tip + np.arctan2(nodes[0, 1], nodes[0, 0])
@@ -199,7 +199,7 @@ def _points(disk, nodes, blade_dof):
     inner_xy = disk.inner_radius * _direction(root).T
 
     own = 3 * np.arange(n_nodes)[:, None] + [0, 1]  # radial and tangential dof of a node
-    own[0, 1] = 2  # the root is one of the ring
+    own[0, 1] = 2  # the root is a node of the ring
     frame = np.repeat(tip[:, None], n_nodes, axis=1)
     frame[:, 0] = root
 

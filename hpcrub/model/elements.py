@@ -1,7 +1,7 @@
 """Beam elements in the plane: frame (blades), spoke and curved ring (disk).
 
-Euler-Bernoulli beams with consistent mass. Every element is the integral of its two strains
-and two displacements, by a Gauss rule that is exact for them:
+Euler-Bernoulli beams with consistent mass. The matrices of an element are integrals of its two
+strains and two displacements, by a Gauss rule that is exact for them:
 
     K = int EA eps'eps + EI kappa'kappa ds,    M = int rho A (N_u'N_u + N_v'N_v) ds.
 """
@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(4)  # exact to degree 7; needed: 6
+_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(4)  # exact to degree 7; integrands have 6
 _XI, _WEIGHT = (_GAUSS_X + 1) / 2, _GAUSS_W / 2  # on [0, 1]
 
 
 class Beam(NamedTuple):
-    """Cross-section and material of a beam: all that its matrices need."""
+    """Stiffness and mass of the cross-section of a beam."""
 
     axial: float  # EA [N]
     bending: float  # EI [N m2]
@@ -23,16 +23,16 @@ class Beam(NamedTuple):
 
 
 def rectangular_beam(width: float, thickness: float, young_modulus: float, density: float) -> Beam:
-    """Beam of a rectangular section [m], bent across its thickness, of E [Pa], density [kg/m3]."""
+    """Beam with a rectangular section [m] that bends across its thickness."""
     area = width * thickness
     return Beam(young_modulus * area, young_modulus * area * thickness**2 / 12, density * area)
 
 
 def frame_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
-    """Straight frame element: linear axial, cubic transverse displacement.
+    """Mass and stiffness (6, 6) of a straight frame element: linear axial, cubic transverse.
 
     Dof (axial, transverse, rotation) at each end; the transverse direction is the axis turned by
-    +90 degrees. Returns mass, stiffness (6, 6) of a length [m].
+    +90 degrees. length [m].
     """
     axial, transverse = [0, 3], [1, 2, 4, 5]
     line = np.stack([1 - _XI, _XI], axis=1)
@@ -51,21 +51,20 @@ def strains_at_start(length: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def spoke_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
-    """Straight element with cubic displacements in both directions.
+    """Mass and stiffness (8, 8) of a straight element, cubic in both directions.
 
-    Dof (u, u', v, v') at each end, u axial, v transverse (the axis turned by +90 degrees), ' along
-    the axis. Returns mass, stiffness (8, 8) of a length [m].
+    Dof (u, u', v, v') at each end: u axial, v transverse (the axis turned by +90 degrees), ' the
+    derivative along the axis. length [m].
     """
     n, n1, n2 = _hermite(length)
     return _matrices(beam, length, _u(n), _v(n), _u(n1), _v(n2))
 
 
 def ring_element(beam: Beam, length: float, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Curved element: membrane strain v' + u/R, curvature u'' - v'/R.
+    """Mass and stiffness (8, 8) of an arc: membrane strain v' + u/R, curvature u'' - v'/R.
 
-    Dof (u, u', v, v') at each end, u radial (outward), v tangential and ' along the arc, both
-    towards +theta; the section turns by v/R - u'. Returns mass, stiffness (8, 8) of an arc of a
-    length [m] and a radius [m].
+    Dof (u, u', v, v') at each end: u radial (outward), v tangential and ' the derivative along the
+    arc, both towards +theta. The section turns by v/R - u'. length of the arc, radius [m].
     """
     n, n1, n2 = _hermite(length)
     eps = _v(n1) + _u(n) / radius
@@ -95,7 +94,7 @@ def _hermite(length):
 
 
 def _rows(n_dof, columns, functions):
-    """Rows over all dof of an element from functions that belong to some of them."""
+    """Rows over all dof of an element, from functions of the dof ``columns``."""
     rows = np.zeros((len(functions), n_dof))
     rows[:, columns] = functions
     return rows

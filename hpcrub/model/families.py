@@ -1,8 +1,8 @@
-"""Modes by whole families: as many of every number of nodal diameters, no double mode cut in two.
+"""Choice of modes by whole families: all nodal diameters of each, and no double mode split.
 
-The lowest modes of all would keep some diameters of a family and leave out others. The tuned disk
-would then be stiffer for some travelling waves than for others, which is a coupling of the blades
-that it does not have.
+The lowest modes of all would keep some diameters of a family and leave out others. The reduced disk
+would then be stiffer for some travelling waves than for others, a coupling of the blades that the
+full disk does not have.
 """
 
 from typing import Any
@@ -10,28 +10,28 @@ from typing import Any
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
-CLOSE = 1e-6  # relative difference of eigenvalues that an eigensolver may mix
+CLOSE = 1e-6  # relative difference of eigenvalues whose modes an eigensolver may mix
 
 
 def whole(n_modes: int, n_blades: int) -> int:
-    """Modes of as many whole families as hold ``n_modes``: the next multiple of the blades."""
+    """Number of modes in whole families: ``n_modes``, up to the next multiple of the blades."""
     return -(-n_modes // n_blades) * n_blades
 
 
 def multiplicity(diameters: Any, n_blades: int) -> Any:
-    """Modes of a family with some nodal diameters: two, of waves either way, but of 0 and N/2."""
+    """Modes of a family at a nodal diameter: two waves, one each way; one at 0 and N/2."""
     return np.where(2 * np.asarray(diameters) % n_blades == 0, 1, 2)
 
 
 def choose(
     values: np.ndarray, sectors: np.ndarray, n_families: int, are_all: bool = False
 ) -> np.ndarray | None:
-    """Combinations of modes that are the lowest families.
+    """Combinations of modes that form the lowest families.
 
     values: (K,) eigenvalues of the lowest modes, increasing.
     sectors: (N, p, K) displacements of p like points of N sectors, in frames that turn with them.
-    are_all: whether no higher mode may have nearly the same eigenvalue as the last one.
-    Returns (K, n_families N), orthonormal, by increasing eigenvalue; None of too few modes.
+    are_all: whether the last modes count; else a mode that is not given might be their double.
+    Returns (K, n_families N), orthonormal, by increasing eigenvalue; None if the modes are too few.
     """
     n, n_modes = len(sectors), len(values)
     power = np.fft.fft(sectors, axis=0)
@@ -56,9 +56,9 @@ def choose(
 
 
 def _separated(power):
-    """Orthogonal combinations (c, c) of modes of one number of diameters, and these (c,).
+    """Orthogonal combinations (c, c) of modes, each of one nodal diameter, and the diameters (c,).
 
-    power: (N, p, c), Fourier coefficients over the sectors.
+    power: (N, p, c) Fourier coefficients of the modes over the sectors.
     """
     n = len(power)
     parts = np.einsum("hpi,hpj->hij", power.conj(), power).real
@@ -75,7 +75,7 @@ def _separated(power):
 
 
 def share(reduced: Any) -> float:
-    """Part of the blades' stiffness in that of the first family of a ReducedModel [-]."""
+    """Blades' share of the stiffness in the first family of a ReducedModel [-]."""
     n = len(reduced.modal_blade_stiffness)
     stiffness = reduced.modal_blade_stiffness.sum(axis=0).diagonal()[:n]
     return float(np.mean(stiffness / reduced.tuned_eigenvalues[:n]))
@@ -84,18 +84,18 @@ def share(reduced: Any) -> float:
 def sentence(
     full_hz: np.ndarray, reduced_hz: np.ndarray, share: float, half_range: float, damping: float
 ) -> str:
-    """Which of coupling, mistuning and damping rules the first family.
+    """Say in words whether coupling, mistuning or damping rules the first family.
 
     full_hz, reduced_hz: (N,) frequencies of the tuned disk, full and reduced; one may be (0,) [Hz].
-    share: as of `share`; half_range: largest deviation of a blade's stiffness; damping: ratio [-].
+    share: result of `share`; half_range: largest deviation of a blade [-]; damping: ratio [-].
     """
     known = {"full": full_hz, "reduced": reduced_hz}
     spreads = {name: np.ptp(hz) / hz.mean() for name, hz in known.items() if len(hz)}
-    found = ", ".join(f"{100 * spread:.3g} % {name}" for name, spread in spreads.items())
+    coupled = ", ".join(f"{100 * spread:.3g} % {name}" for name, spread in spreads.items())
     *_, coupling = spreads.values()
     widths = {"coupling": coupling, "mistuning": half_range * share, "damping": 2 * damping}
     return (
-        f"first family: coupling spreads it by {found}; blades of ±{100 * half_range:g} % "
+        f"first family: coupling spreads it by {coupled}; blades of ±{100 * half_range:g} % "
         f"stiffness by {100 * widths['mistuning']:.3g} %; resonances are "
         f"{200 * damping:.3g} % wide: "
         f"{max(widths, key=widths.__getitem__)} rules"

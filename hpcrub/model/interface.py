@@ -1,6 +1,6 @@
-"""The contact interface: what the casing and the observer see of a reduced disk.
+"""The contact interface: contact points and observed displacements of a reduced disk.
 
-A disk of any origin meets the contact kernel through this tuple alone. Any number of contact points
+The contact kernel knows a disk of any origin through this tuple alone. Any number of contact points
 may belong to a blade, at any radius and axial position.
 """
 
@@ -19,17 +19,16 @@ class Interface(NamedTuple):
     angle: np.ndarray  # (C,) in the rotating frame [rad]
     radius: np.ndarray  # (C,) [m]
     axial_position: np.ndarray  # (C,) z [m]
-    clearance: np.ndarray  # (C,) of each point, beyond the casing's own [m]
+    clearance: np.ndarray  # (C,) added to the clearance of the casing [m]
     normal: np.ndarray  # (C, m) displacement along the outward normal of the casing
     tangential: np.ndarray  # (C, m) displacement towards +theta
     # (C, m) along the casing's generator, axial for a cylinder; (0, m) for a planar disk
     axial: np.ndarray
     observed: np.ndarray  # (O, m) displacements whose largest magnitude is the amplitude
     observed_blade: np.ndarray  # (O,) int, blade of each observed displacement
-    # stress at R places, (R, m) [Pa per coordinate], and the blade of each (R,); (0, m): not known
-    stress: np.ndarray = np.zeros((0, 0))
-    stress_blade: np.ndarray = np.zeros(0, dtype=int)
-    stress_static: np.ndarray = np.zeros(0)  # of the rotation (R,) [Pa]; (0,): not known
+    stress: np.ndarray = np.zeros((0, 0))  # (R, m) at R places [Pa per coordinate]; R = 0: unknown
+    stress_blade: np.ndarray = np.zeros(0, dtype=int)  # (R,) blade of each place
+    stress_static: np.ndarray = np.zeros(0)  # (R,) stress by rotation [Pa]; (0,): unknown
 
     @property
     def n_blades(self) -> int:
@@ -43,35 +42,35 @@ class Interface(NamedTuple):
 
     @property
     def share(self) -> np.ndarray:
-        """Part of its blade's load on each contact point (C,), the same on all of a blade."""
+        """Share of a blade's load on each contact point (C,), equal for all points of a blade."""
         return 1.0 / self.points_per_blade[self.blade]
 
     @property
     def strip(self) -> np.ndarray:
-        """Strip of a coating that each contact point meets (C,) int: one for each axial place."""
+        """Strip of a coating that each contact point meets (C,) int, one per axial position."""
         return strips(self.axial_position)
 
     @property
     def n_strips(self) -> int:
-        """Strips of a coating."""
+        """Number of strips of a coating."""
         return 1 + int(self.strip.max())
 
     def of_points(self, touching: np.ndarray) -> np.ndarray:
-        """Whether any contact point of each blade touches, (..., C) to (..., N) of bool."""
-        found = np.zeros((*touching.shape[:-1], self.n_blades), dtype=bool)
+        """Whether any contact point of each blade touches (..., N), from points (..., C)."""
+        touches = np.zeros((*touching.shape[:-1], self.n_blades), dtype=bool)
         for point, blade in enumerate(self.blade):
-            found[..., blade] |= touching[..., point]
-        return found
+            touches[..., blade] |= touching[..., point]
+        return touches
 
     def of_blades(self, magnitude: np.ndarray) -> np.ndarray:
-        """Largest of the observed magnitudes (..., O) of every blade (..., N); NaN where one is."""
+        """Largest observed magnitude of every blade (..., N), from (..., O); NaN stays NaN."""
         largest = np.zeros((*magnitude.shape[:-1], self.n_blades))
         np.maximum.at(largest, (..., self.observed_blade), magnitude)  # type: ignore[arg-type]
         return largest
 
 
 def strips(axial_position: np.ndarray) -> np.ndarray:
-    """Strip of a coating that points at axial places (C,) [m] meet, (C,) int, from 0."""
+    """Strip of a coating (C,) int, from 0, that points at axial positions (C,) [m] meet."""
     return np.unique(np.round(axial_position, 9), return_inverse=True)[1]
 
 
@@ -85,7 +84,7 @@ def planar_interface(
     """Interface of a planar disk, whose amplitude is the largest tangential displacement.
 
     - angle: (C,) angle of each contact point in the rotating frame [rad].
-    - radius: (C,) of all of them, or of each [m].
+    - radius: (C,) radius of each point, or one for all [m].
     - normal, tangential: (C, m) displacements per unit coordinate; by default the coordinates are
       all u_r, then all u_t.
     - blade: (C,) blade of each point; by default every blade has one.

@@ -1,25 +1,25 @@
-"""Stiffness deviation of every blade: random draws that depend on nothing but their place."""
+"""Stiffness deviations of the blades: each random number depends on its place alone."""
 
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-STIFFNESS, START, INCLUSION = range(3)  # streams: what is drawn
+STIFFNESS, START, INCLUSION = range(3)  # streams of random numbers, one for each use
 
 
 class Law(NamedTuple):
-    """How the deviations of the blades are distributed within a level's half range."""
+    """Distribution of the blades' deviations within the half range of a level."""
 
     distribution: str = "uniform"  # normal: truncated; measured: drawn from a list
-    truncation: float = 3.0  # standard deviations of a normal distribution in the half range
-    measured: tuple[float, ...] = ()  # deviations of real blades; the largest is the half range
-    neighbour_correlation: float = 0.0  # of the normal scores of two neighbours
-    intentional: tuple[float, ...] = ()  # deviations [-] beneath the random part, repeated
+    truncation: float = 3.0  # half range of a normal distribution, in standard deviations
+    measured: tuple[float, ...] = ()  # deviations of real blades, scaled to the half range
+    neighbour_correlation: float = 0.0  # correlation of the normal scores of two neighbours
+    intentional: tuple[float, ...] = ()  # pattern [-], repeated, under the random deviations
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of the random part, per half range [-]."""
+        """Standard deviation of the random part over the half range [-]."""
         if self.distribution == "measured":
             return float(np.std(self.measured) / np.abs(self.measured).max())
         if self.distribution == "normal":
@@ -30,7 +30,7 @@ class Law(NamedTuple):
         return float(1.0 / np.sqrt(3.0))
 
     def deviation(self, drawn: np.ndarray, half_range: float) -> np.ndarray:
-        """Deviations (N,) [-] from uniform random numbers in [-1, 1), (N,)."""
+        """Deviations (N,) [-] from random numbers (N,) that are uniform in [-1, 1)."""
         if self.neighbour_correlation:
             drawn = correlated(drawn, self.neighbour_correlation)
         random = half_range * self._quantile(drawn)
@@ -39,7 +39,7 @@ class Law(NamedTuple):
         return random + np.resize(self.intentional, len(random))
 
     def _quantile(self, drawn):
-        """Values in [-1, 1] of this distribution, of uniform ones."""
+        """Values of this distribution in [-1, 1], from uniform random numbers."""
         if self.distribution == "normal":
             low = ndtr(-self.truncation)
             return ndtri(low + (drawn + 1.0) / 2.0 * (1.0 - 2.0 * low)) / self.truncation
@@ -56,14 +56,14 @@ def correlated(drawn: np.ndarray, correlation: float) -> np.ndarray:
     """Uniform numbers whose normal scores are correlated around the disk.
 
     - drawn: (N,) independent numbers in [-1, 1), one for each blade.
-    - correlation: of two neighbours, 0 or more; that of blades k apart is its k-th power.
+    - correlation: of two neighbours, 0 or more; k blades apart it is the k-th power of this.
 
     Returns (N,), in (-1, 1).
     """
     n = len(drawn)
     apart = np.minimum(np.arange(n), n - np.arange(n))
-    spectrum = np.fft.rfft(correlation**apart).real  # of a circulant matrix: its eigenvalues
-    scores = ndtri((drawn + 1.0) / 2.0 + 2.0**-55)  # never of exactly zero
+    spectrum = np.fft.rfft(correlation**apart).real  # eigenvalues of a circulant matrix
+    scores = ndtri((drawn + 1.0) / 2.0 + 2.0**-55)  # ndtri is infinite at zero
     mixed = np.fft.irfft(np.fft.rfft(scores) * np.sqrt(np.maximum(spectrum, 0.0)), n)
     return np.clip(2.0 * ndtr(mixed) - 1.0, -1.0, np.nextafter(1.0, 0.0))
 
@@ -73,11 +73,11 @@ def stiffness_deviation(
 ) -> np.ndarray:
     """Random stiffness deviations of the blades of one sample.
 
-    - seed, level, sample: as of `uniform`.
+    - seed, level, sample: place of the draw, as in `uniform`.
     - half_range: largest deviation [-].
-    - law: how they are distributed, uniformly by default.
+    - law: distribution of the deviations, uniform by default.
 
-    Returns (N,); deviations in [-half_range, half_range) [-], and what is intentional.
+    Returns (N,); deviations in [-half_range, half_range), plus the intentional pattern [-].
     Source: Joachim, Nyssen, Batailly (2020), equations (3) and (4).
     """
     return law.deviation(uniform(seed, STIFFNESS, level, sample, n_blades), half_range)
@@ -88,8 +88,8 @@ def uniform(seed: int, stream: int, level: int, sample: int, n: int) -> np.ndarr
 
     The seed, 0 ... 2^128 - 1, is the key of a Philox 4x64 generator; stream, sample and level,
     0 ... 2^64 - 1 each, are the upper words of its counter, so that no two places ever share a
-    draw. Raw bits are used because numpy promises to keep them from version to version, and not
-    its distributions.
+    draw. The function takes raw bits because numpy promises to keep these from version to version,
+    but not its distributions.
     """
     key = np.array([seed % 2**64, seed >> 64], dtype=np.uint64)
     counter = np.array([0, stream, sample, level], dtype=np.uint64)

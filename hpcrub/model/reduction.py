@@ -15,20 +15,20 @@ from hpcrub.model.interface import Interface, planar_interface
 
 
 class ReducedModel(NamedTuple):
-    """Tuned disk on m coordinates, wherever they come from; n dof, N blades."""
+    """Tuned disk of any origin on m coordinates; n dof of the full model, N blades."""
 
     mass: np.ndarray  # (m, m)
     stiffness: np.ndarray  # (m, m)
     blade_stiffness: np.ndarray  # (N, m, m) part of each blade in the stiffness
-    basis: np.ndarray  # (n, m) coordinates to the dof of the full model
+    basis: np.ndarray  # (n, m) from the coordinates to the dof of the full model
     interface: Interface  # contact points and observed displacements on these coordinates
-    tuned_modes: np.ndarray  # (m, m) mass-normalised: they turn the mass into the identity,
-    tuned_eigenvalues: np.ndarray  # (m,) the tuned stiffness into these [rad2/s2]
-    modal_blade_stiffness: np.ndarray  # (N, m, m) and the blades' stiffness into these
-    speed: float = 0.0  # of rotation at which the stiffness is that given [rad/s]
+    tuned_modes: np.ndarray  # (m, m) mass-normalised modes of the tuned disk
+    tuned_eigenvalues: np.ndarray  # (m,) squares of their angular frequencies [rad2/s2]
+    modal_blade_stiffness: np.ndarray  # (N, m, m) ``blade_stiffness`` in the tuned modes
+    speed: float = 0.0  # speed of rotation to which ``stiffness`` belongs [rad/s]
     stiffening: tuple = ()  # K1, K2 of K + (W^2 - speed^2) K1 + (W^4 - speed^4) K2, each (m, m)
     casing: CasingModes | None = None  # None: the casing does not vibrate
-    air: Air | None = None  # between the blades; None: it does not couple them
+    air: Air | None = None  # None: air does not couple the blades
 
 
 class Modes(NamedTuple):
@@ -36,28 +36,28 @@ class Modes(NamedTuple):
 
     omega: np.ndarray  # (K,) [rad/s]
     normal: np.ndarray  # (C, K) outward displacement of the contact points [1/sqrt(kg)]
-    tangential: np.ndarray  # (C, K) their displacement towards +theta [1/sqrt(kg)]
-    axial: np.ndarray  # (C, K), or (0, K) where there is no axial motion [1/sqrt(kg)]
+    tangential: np.ndarray  # (C, K) displacement of the points towards +theta [1/sqrt(kg)]
+    axial: np.ndarray  # (C, K) along the casing's generator; (0, K) if planar [1/sqrt(kg)]
     observed: np.ndarray  # (O, K) displacements whose largest is the amplitude [1/sqrt(kg)]
     shapes: np.ndarray  # (m, K) on the coordinates of the reduced model
-    speed: float = 0.0  # of rotation at which omega and the shapes are those given [rad/s]
-    stiffening: np.ndarray = np.zeros((0, 0))  # (0 or 2, K) slopes of omega^2 by W^2 and W^4
+    speed: float = 0.0  # speed of rotation to which omega and shapes belong [rad/s]
+    stiffening: np.ndarray = np.zeros((0, 0))  # (0 or 2, K) slopes of omega^2 over W^2 and W^4
     stress: np.ndarray = np.zeros((0, 0))  # (R, K) at the places of the interface [Pa/(m sqrt(kg))]
-    pairs: Pairs = NO_PAIRS  # of the casing, which are no modes of the disk
-    waves: Waves | None = None  # complex modes in the place of some of these; None: all are real
+    pairs: Pairs = NO_PAIRS  # pairs of casing modes, beside the modes of the disk
+    waves: Waves | None = None  # complex modes that replace some real ones; None: all are real
     # modal forces of unit forces on the contact points along normal, tangential and axial, each
-    # (C, K), where they are not the displacements above, else ()
+    # (C, K); (): the same as the displacements above
     load: tuple[np.ndarray, ...] = ()
 
     @property
     def n_rows(self) -> int:
-        """Number of rows of a motion: K, one more for each complex mode, two for each pair."""
+        """Number of rows of a motion: K, plus one for each complex mode and two for each pair."""
         more = len(self.waves.rows) if self.waves else 0
         return len(self.omega) + more + 2 * len(self.pairs.omega)
 
     @property
     def real(self) -> np.ndarray:
-        """Modes that are not replaced by complex ones, int; they come first in a motion."""
+        """Indices of the modes that no complex mode replaces; they come first in a motion."""
         every = np.arange(len(self.omega))
         return np.delete(every, self.waves.rows) if self.waves else every
 
@@ -68,7 +68,7 @@ class Modes(NamedTuple):
 
     @property
     def in_air(self) -> "Modes":
-        """The real modes, then Re and Im of the complex ones as if they were modes, too."""
+        """Disk's rows of a motion, as Modes: real modes, then Re z and Im z of complex modes."""
         waves, real = self.waves, self.real
         if waves is None:
             return self
@@ -90,7 +90,7 @@ class Modes(NamedTuple):
 
     @property
     def joined(self) -> "Modes":
-        """All rows of a motion: `in_air`, then the pairs of the casing as if they were modes."""
+        """All rows of a motion, as Modes: those of `in_air`, then the pairs of the casing."""
         if self.waves:
             return self.in_air.joined
         pairs, more = self.pairs, ((0, 0), (0, 2 * len(self.pairs.omega)))
@@ -115,7 +115,7 @@ class Modes(NamedTuple):
         )
 
     def of_rows(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Modal coordinates of the disk (..., K) and of the casing (..., 2J) of rows (..., n)."""
+        """Modal coordinates of disk (..., K) and casing (..., 2J), from rows (..., n_rows)."""
         disk, casing = np.split(rows, [self.n_rows - 2 * len(self.pairs.omega)], axis=-1)
         if self.waves is None:
             return disk, casing
@@ -126,7 +126,7 @@ class Modes(NamedTuple):
         return position, casing
 
     def at_rest(self, position: np.ndarray) -> np.ndarray:
-        """Rows of a motion (n_rows,) of a disk that is held at modal coordinates (K,)."""
+        """Rows of a motion (n_rows,) for a disk that rests at modal coordinates (K,)."""
         still = np.zeros(2 * len(self.pairs.omega))
         if self.waves is None:
             return np.concatenate([position, still])
@@ -134,7 +134,7 @@ class Modes(NamedTuple):
         return np.concatenate([position[self.real], self.waves.parts(part, 0.0 * part), still])
 
     def damping_ratios(self, damping: float | Damping) -> np.ndarray:
-        """Damping ratios of all rows of a motion [-]; damping: of the real modes."""
+        """Damping ratios of all rows of a motion [-]; damping: ratios of the real modes."""
         of_disk = np.broadcast_to(ratios(damping, self.omega), self.omega.shape)[self.real]
         in_air = np.repeat(self.waves.damping_ratio, 2) if self.waves else np.zeros(0)
         return np.concatenate([of_disk, in_air, np.repeat(self.pairs.damping_ratio, 2)])
@@ -142,8 +142,8 @@ class Modes(NamedTuple):
     def omega_at(self, speed: npt.ArrayLike) -> np.ndarray:
         """Angular eigenfrequencies (..., K) [rad/s] at speeds of rotation (...) [rad/s].
 
-        First order in the change of stiffness: the shapes stay those of `Modes.speed`, whose
-        error in a frequency is of second order.
+        They are of first order in the change of stiffness: the shapes stay as at `Modes.speed`,
+        which makes a second-order error in a frequency.
         """
         if not len(self.stiffening):
             return self.omega
@@ -151,19 +151,19 @@ class Modes(NamedTuple):
         return np.sqrt(np.maximum(self.omega**2 + change, 0.0))
 
     def eigenvalues_at(self, speed: npt.ArrayLike) -> np.ndarray:
-        """Those of the complex modes (..., N) [1/s] at speeds of rotation (...) [rad/s]."""
+        """Eigenvalues of the complex modes (..., N) [1/s] at speeds of rotation (...) [rad/s]."""
         assert self.waves is not None
         if not len(self.stiffening):
             return np.broadcast_to(self.waves.eigenvalue, (*np.shape(speed), len(self.waves.rows)))
         return self.waves.eigenvalue + self._change(speed) @ self.waves.slopes
 
     def _change(self, speed):
-        """W² and W⁴ at speeds (...) beyond those of `speed` (..., 2)."""
+        """Differences of W² and W⁴ between speeds (...) and `speed` (..., 2)."""
         powers = np.array([2, 4])
         return np.asarray(speed, dtype=float)[..., None] ** powers - self.speed**powers
 
     def at(self, speed_hz: float) -> "Modes":
-        """The same modes with the frequencies of a speed of rotation [Hz], see `omega_at`."""
+        """Modes with the frequencies at a speed of rotation [Hz]; see `omega_at`."""
         speed = 2 * np.pi * speed_hz
         waves = self.waves
         if waves:
@@ -172,16 +172,16 @@ class Modes(NamedTuple):
 
     @classmethod
     def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":
-        """Modes (K,) of a planar structure that is known by its contact points (C, K) alone."""
+        """K modes of a planar structure, given by its contact points (C, K) alone."""
         n_modes = len(omega)
         none = np.zeros((0, n_modes))
         return cls(omega, normal, tangential, none, tangential, np.eye(n_modes))
 
 
 def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
-    """Reduce a disk to its contact points and the modes of the disk with these held.
+    """Reduce a disk to its contact points and the modes of the disk with these points held.
 
-    n_modes: fixed-interface modes kept, 0 to all; more where they are no whole families.
+    n_modes: fixed-interface modes to keep, from 0 to all, rounded up to whole families.
     Raises ValueError: if the disk has fewer modes.
     Source: Joachim, Nyssen, Batailly (2020), section 2.1.
     """
@@ -212,7 +212,7 @@ def reduced_model(
     speed: float = 0.0,
     stiffening: tuple = (),
 ) -> ReducedModel:
-    """A ReducedModel and its tuned modes; parameters are its members."""
+    """Make a ReducedModel with its tuned modes; the parameters are its members."""
     eigenvalues, modes = eigh(stiffness, mass)
     tuned = modes, eigenvalues, _project(blade_stiffness, modes)
     return ReducedModel(
@@ -231,7 +231,7 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
     eigenvalues, vectors = np.linalg.eigh(change)
     shapes = reduced.tuned_modes @ vectors
     interface = reduced.interface
-    # the stress of a stiffer blade is higher for the same motion: the force of its section
+    # for the same motion a stiffer blade has a higher stress, as its sections carry a higher force
     stiffer = 1.0 + np.asarray(deviation)[interface.stress_blade]
     stress = interface.stress if len(interface.stress) else np.zeros((0, len(shapes)))
     slopes = [np.einsum("ik,ik->k", shapes, k @ shapes) for k in reduced.stiffening]
@@ -253,16 +253,16 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
 
 
 def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) -> np.ndarray:
-    """Stiffness of every blade of one mistuned sample in its modes, (N, K, K) [rad2/s2].
+    """Stiffness of every blade in the modes of a mistuned sample (N, K, K) [rad2/s2].
 
-    reduced, deviation: what its modes were made of, by `mistuned_modes`.
+    reduced, deviation: parameters with which `mistuned_modes` made the modes.
     """
     stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
     return _project(stiffness, modes.shapes)
 
 
 def _craig_bampton_basis(disk, n_modes):
-    """Static response to each contact dof, then fixed-interface modes, (n, 2 n_c + n_modes)."""
+    """Static response to each contact dof, then fixed-interface modes (n, 2 n_c + n_modes)."""
     mass, stiffness = disk.mass, disk.stiffness
     boundary = disk.contact_dof.T.ravel()  # all u_r, then all u_t
     inside = np.setdiff1d(np.arange(len(mass)), boundary)
@@ -279,7 +279,7 @@ def _craig_bampton_basis(disk, n_modes):
 
 
 def _families(K, M, n_modes, n_blades):
-    """Modes of whole families; the rows of K and M come sector by sector, in turning frames."""
+    """Lowest modes in whole families; K and M have their rows sector by sector, in its frame."""
     values, modes = eigh(K, M, subset_by_index=[0, n_modes - 1])
     sectors = modes.reshape(n_blades, -1, n_modes)
     if families.choose(values, sectors, n_modes // n_blades, are_all=True) is not None:
@@ -291,7 +291,7 @@ def _families(K, M, n_modes, n_blades):
 
 
 def _project(matrices, basis):
-    """basis^T matrix basis for a stack of matrices."""
+    """Products basis^T matrix basis for a stack of matrices."""
     return _symmetric(np.swapaxes(basis, -1, -2) @ matrices @ basis)
 
 

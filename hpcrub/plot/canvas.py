@@ -239,7 +239,7 @@ def _opened(file: Any) -> Iterator[list[ResultFile]]:
             elif isinstance(one, str | os.PathLike):
                 files.append(stack.enter_context(open_result(one)))
             else:
-                files.append(getattr(one, "file", one))  # an open file, or an object that holds one
+                files.append(one)
         yield files
 
 

@@ -1,5 +1,5 @@
 """Frequency responses in contact, whole histories, steady states, the linear response.
 
-In: modes of a sample and the contact case. Out: amplitudes, point statuses, histories.
-Imports `model` and `contact`.
+From the modes of a sample and a Scene, the room computes amplitudes, point statuses and histories.
+It imports `model` and `contact`.
 """

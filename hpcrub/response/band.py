@@ -1,9 +1,9 @@
 """Lanes that integrate the speeds of a band, each to its steady state.
 
-The angle is the clock. All speeds of a band, which lie on one rung of `revolution`, take the same
-number of steps per revolution, so that at every step they see the same casing and share its table;
-only the step length differs. A band is integrated in *blocks* of whole bump pitches. A lane whose
-speed has reached its steady state takes the next waiting speed at the next block.
+All speeds of a band lie on one rung of `revolution` and take the same number of steps per
+revolution. At every step they have turned by the same angle, see the same casing and share its
+table; only the step length differs. A band is integrated in *blocks* of whole bump pitches. A lane
+whose speed has reached its steady state takes the next waiting speed at the next block.
 """
 
 import math
@@ -25,15 +25,15 @@ from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import check_blocks, localisation
 from hpcrub.response.wear import Wearing
 
-NARROWEST = max(WIDTH // 2, 4)  # speeds left when lanes of a sweep that runs dry are halved no more
+NARROWEST = max(WIDTH // 2, 4)  # fewest lanes with which a sweep goes on for its last speeds
 PIECE = 16384  # steps between two polls, if a block is not longer
-NEVER = 1e-9  # [1/s], decay of a motion that grows by itself
+NEVER = 1e-9  # decay rate [1/s] that stands for a motion that grows by itself
 
 
 def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
-    """What is wrong with a lane so far, as code of ``status``; size: of its displacements [m].
+    """Code of ``status`` for an error in a lane so far; size: largest displacements [m].
 
-    A flaw of its contact forces counts once it has touched.
+    A flaw of the Delassus operator counts only once the lane has touched the casing.
     """
     state = lanes.state
     touched = state.report[SWEEPS, lane] > 0.0
@@ -50,21 +50,21 @@ def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
 
 
 def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
-    """The rule that ends the integration at a speed [Hz]; modes: of this speed."""
+    """Rule that ends the integration at a speed [Hz]; modes: at this speed."""
     slowest = float((modes.damping_ratios(scene.damping_ratio) * modes.joined.omega).min())
-    decay = max(slowest, NEVER)  # what grows in air never settles by itself
+    decay = max(slowest, NEVER)  # a mode that grows in air never settles
     kind = Windows if scene.steady.rule == "ensemble" else LastWindow
     rule = kind(scene.steady, decay, scene.steady.window_revolutions / speed_hz)
     return Wearing(rule, scene.at(speed_hz)) if scene.coating else rule
 
 
 class Course:
-    """A speed in a lane: since when, when it is checked next, and what watches it."""
+    """Integration of one speed in a lane: its start, its next check and its rule."""
 
     def __init__(
         self, index: int, speed_hz: float, modes: Modes, scene: Scene, grid: Grid, start: int
     ) -> None:
-        """It starts at a block; index: of the speed; modes: at this speed."""
+        """Start at a block; index: of the speed; modes: at this speed."""
         self.index, self.speed_hz, self.start = index, speed_hz, start
         self.per_turn, steady = grid.blocks_per_revolution, scene.steady
         first, self.extension = check_blocks(steady, speed_hz, self.per_turn)
@@ -72,34 +72,34 @@ class Course:
         self.cap = start + math.floor(steady.max_time * speed_hz * self.per_turn)
         self.is_ensemble = steady.rule == "ensemble"
         self.watch = watch_of(modes, scene, speed_hz)
-        self.touched = start, np.zeros(0)  # a block, and steps_touched until then
+        self.touched = start, np.zeros(0)  # a block, and `steps_touched` of the law there
         limit = LARGEST * scene.interface.radius.max()
         vibrates = len(modes.pairs.omega) > 0
         self.runaway = Runaway(modes.pairs, limit, self.per_turn) if vibrates else None
 
     def seconds(self, now: int) -> float:
-        """Time from its start to a block [s]."""
+        """Time from the start to a block [s]."""
         return (now - self.start) / (self.speed_hz * self.per_turn)
 
     def records_from(self, window: int) -> int:
-        """Block from which it is recorded: two windows (blocks) before a check, or the start."""
+        """First block to record: two windows (in blocks) before a check, or the start."""
         return self.start if self.watch.always else self.check - 2 * window
 
     def next_event(self, now: int, window: int) -> int:
-        """Block of its next check, or of the begin of the last window before, or a window's end."""
+        """Block of the next check, the begin of the window before it, or a window's end."""
         if self.watch.always:
             return min(self.check, now + window - (now - self.start) % window)
         last = self.check - window
         return last if last > now else self.check
 
     def may_end(self, now: int, window: int) -> bool:
-        """Whether a verdict may come at the end of the window (blocks) in which a block is."""
+        """Whether a verdict is possible at the end of the window that holds a block."""
         ends = self.is_over or self.watch.may_end(self.seconds(self.check))
         return self.check - window <= now and ends
 
     @property
     def is_over(self) -> bool:
-        """Whether there is no time for another check after the next, or present, one."""
+        """Whether the next check, or the present one, is the last that time allows."""
         if self.is_ensemble:
             return self.check + self.extension > self.cap
         return self.check >= self.cap
@@ -123,12 +123,12 @@ class Band:
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.record = Record.allocate(self.bank, 2 * self.window, grid.stride)
         self.lanes: list[Course | None] = [None] * width
-        # blocks between two polls; a casing that vibrates is looked at after every one
+        # blocks between two polls; a casing that vibrates is checked after every block
         vibrates = len(modes.pairs.omega) > 0
         self.most_blocks = 1 if vibrates else max(1, PIECE // grid.steps_per_block)
 
     def run(self, waiting: list[int], out: Any, poll: Any) -> int:
-        """Integrate the speeds ``waiting`` (indices) into ``out`` (modified); returns the steps."""
+        """Integrate the speeds ``waiting`` (indices) into ``out``; return the number of steps."""
         n_steps, now = 0, 0
         for lane in range(len(self.lanes)):
             self._refill(lane, waiting, now)
@@ -153,7 +153,7 @@ class Band:
         return n_steps
 
     def _narrow(self):
-        """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
+        """Drop half the lanes when enough are idle: a step of fewer lanes costs less."""
         half, running = len(self.lanes) // 2, [lane for lane, _ in self._running()]
         if not self.scene.halves_lanes or half < NARROWEST or len(running) > half:
             return
@@ -163,7 +163,7 @@ class Band:
         self.lanes = [self.lanes[lane] for lane in kept]
 
     def _next_event(self, now):
-        """Whether any lane records from block ``now`` on, and until when nothing changes."""
+        """Whether any lane records from block ``now`` on, and the next block of an event."""
         courses = [course for _, course in self._running()]
         begin = min(course.records_from(self.window) for course in courses)
         if begin > now:
@@ -171,7 +171,7 @@ class Band:
         return True, min(course.next_event(now, self.window) for course in courses)
 
     def _follow(self, now, until):
-        """Show the blocks from ``now`` on to a watch that sees all of them."""
+        """Pass the blocks from ``now`` on to the rules that need every block."""
         places = np.arange(now, until) % (2 * self.window)
         for lane, course in self._running():
             if not course.watch.always:
@@ -183,20 +183,20 @@ class Band:
                 self._keep_worn(lane, course, until)
 
     def _keep_worn(self, lane, course, now):
-        """Show the worn depth of a lane to a watch that follows it."""
+        """Pass the worn depth of a lane to a rule that needs it."""
         if course.watch.always:
             revolutions = (now - course.start) // self.grid.blocks_per_revolution
             course.watch.keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
     def _running(self):
-        """Lanes that have a speed, each with its Course."""
+        """List of (lane, Course) for every lane that has a speed."""
         return [(lane, course) for lane, course in enumerate(self.lanes) if course]
 
     def _watched(self, now):
         """Lanes whose stresses are observed from block ``now`` on (A,) int.
 
-        Those that are always followed; else those of which a verdict may come at the end of their
-        window, which forgets those before.
+        Stresses are observed where the rule needs every block, or where a verdict is possible at
+        the end of the window, from whose begin the largest stress counts.
         """
         running = self._running() if self.scene.observes_stress else []
         running = [(k, c) for k, c in running if c.watch.always or c.may_end(now, self.window)]
@@ -220,7 +220,7 @@ class Band:
         self.lanes[lane] = Course(index, speed, modes, self.scene, self.grid, now)
 
     def _ran_away(self, lane, course, now, out):
-        """End a lane whose casing runs away (out is modified), and return True if it does."""
+        """End a lane whose casing runs away (out is modified), and return whether it does."""
         casing = self.bank.state.position[-self.bank.scheme.casing :, lane]
         if course.runaway is None or not course.runaway.see(casing):
             return False
@@ -230,54 +230,54 @@ class Band:
         return True
 
     def _finished(self, lane, course, now, out):
-        """Check a lane; write its result (modified) and return True if it ends here."""
-        sizes = self._peaks()[self._windows(now), :, lane].max(axis=1)  # of two windows (2, O)
-        reason, verdict = judge(self.bank, lane, sizes, self.scene), DIVERGED
+        """Check a lane; if it ends here, write its result (out is modified) and return True."""
+        sizes = self._peaks()[self._windows(now), :, lane].max(axis=1)  # of two windows (2, O) [m]
+        reason, outcome = judge(self.bank, lane, sizes, self.scene), DIVERGED
         begin, touched = course.touched
         steps = (now - begin) * self.grid.steps_per_block
         share = (self.bank.law.steps_touched(lane) - touched) / steps
         stuck = permanent_contact(share, self.modes, self.scene, course.speed_hz)
         if stuck == status.FLUTTER and reason not in status.FATAL:
-            reason = stuck  # it grows without bounds: no further window can tell more
+            reason = stuck  # the motion grows without bound: another window adds nothing
         if reason not in status.FATAL:
-            found = self._look(lane, course, now, *sizes)
-            if found is None:
+            verdict = self._look(lane, course, now, *sizes)
+            if verdict is None:
                 return False
-            verdict, motion = found.status, self._signals(lane, self._windows(now).ravel())
+            outcome, motion = verdict.status, self._signals(lane, self._windows(now).ravel())
             if stuck:
-                verdict, reason = DIVERGED, stuck
+                outcome, reason = DIVERGED, stuck
             else:
-                self._write(lane, course, now, found, motion, out)
+                self._write(lane, course, now, verdict, motion, out)
             if reason == status.NONE and self._reverses(motion):
                 reason = status.REVERSED
-        if verdict != DIVERGED:
+        if outcome != DIVERGED:
             self._keep_worn(lane, course, now)
             course.watch.write(course.index, out.wear)
-        self._end(lane, course, now, out, verdict, reason)
+        self._end(lane, course, now, out, outcome, reason)
         if self.motion is not None:
             for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
                 values[course.index] = end
         return True
 
-    def _end(self, lane, course, now, out, verdict, reason):
-        """What every speed that ends tells (out is modified)."""
+    def _end(self, lane, course, now, out, outcome, reason):
+        """Write status, reason and time of a speed that ends (out is modified)."""
         index = course.index
-        out.point_status[index], out.point_reason[index] = verdict, reason
+        out.point_status[index], out.point_reason[index] = outcome, reason
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = course.seconds(now)
 
-    def _write(self, lane, course, now, found, motion, out):
-        """Amplitudes of a lane by a Verdict, and what its last window tells (out is modified).
+    def _write(self, lane, course, now, verdict, motion, out):
+        """Write the amplitudes of a Verdict, and data of the last window (out is modified).
 
-        motion: as of `_reverses`.
+        motion: as in `_reverses`.
         """
         index, pairs, last = course.index, self.modes.pairs, self._windows(now)[1]
-        out.amplitude[index] = found.amplitude
-        out.error[index], out.scatter[index] = found.error, found.scatter
+        out.amplitude[index] = verdict.amplitude
+        out.error[index], out.scatter[index] = verdict.error, verdict.scatter
         if self.scene.observes_stress:
             out.stress[index] = self.record.stress_peak[0, lane]
         out.half_peak_to_peak[index] = np.ptp(motion[len(motion) // 2 :], axis=0).max() / 2.0
-        blades = self.scene.interface.of_blades(found.largest)
+        blades = self.scene.interface.of_blades(verdict.largest)
         out.localisation[index] = localisation(blades)
         if len(pairs.omega):
             n, modes = 2 * len(pairs.omega), self.modes.at(course.speed_hz)
@@ -298,19 +298,19 @@ class Band:
         return moved > turned * self.scene.interface.radius.min()
 
     def _look(self, lane, course, now, before, last):
-        """The Verdict on the windows of a lane; None, with the time of its next check: go on."""
+        """Verdict on the last two windows; None: go on. Sets the block of the next check."""
 
         def signals(row):
             return tuple(self._signals(lane, w, row).ravel() for w in self._windows(now))
 
-        found = course.watch.look(before, last, signals, course.seconds(now), course.is_over)
+        verdict = course.watch.look(before, last, signals, course.seconds(now), course.is_over)
         course.check = min(now + course.extension, course.cap)
-        return found
+        return verdict
 
     def _windows(self, now):
-        """Places in the ring of the blocks of the window before the last one, and of the last.
+        """Places in the ring of the last two windows, the older one first (2, blocks).
 
-        The ring holds just these two, and block ``now`` is next: its place is the oldest.
+        The ring holds just these two windows; the place of the next block, ``now``, is the oldest.
         """
         return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
 
@@ -320,7 +320,7 @@ class Band:
         return peak[:, : len(self.modes.observed)]
 
     def _signals(self, lane, window, row=None):
-        """Observed displacements, all or one, over a window of the ring, (records, O) [m]."""
+        """Observed displacements, all or one row, at places of the ring, (records, O) [m]."""
         n_observed, n = self.bank.scheme.observed.shape[1], len(self.modes.observed)
         history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.lanes))
         rows = slice(n) if row is None else slice(row, row + 1)

@@ -4,9 +4,9 @@ Disk and pairs of the casing are joined at all contact points, R x = 0, by force
 
     x'' + D x' + S x = −(R + μT)ᵀ λ,
 
-the pairs as seen from the rotor (`docs/theory.md`, a casing that vibrates). Bumps, clearance and
-the end of contact are left out: what grows here grows until the tips leave the casing, or without
-bound.
+with the pairs as seen from the rotor (`docs/theory.md`, a casing that vibrates). Bumps, clearance
+and the end of contact are left out: a motion that grows here grows until the tips leave the casing,
+or without bound.
 """
 
 from typing import NamedTuple
@@ -53,16 +53,16 @@ def eigenvalues(
     mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (2n,) [1/s] and vectors (n, 2n) of M x'' + D x' + S x = 0, matrices (n, n)."""
-    scale = np.sqrt(np.abs(stiffness).max() / np.abs(mass).max())  # of time: balances the blocks
+    scale = np.sqrt(np.abs(stiffness).max() / np.abs(mass).max())  # frequency to balance the blocks
     inverse = np.linalg.inv(mass)
     values, vectors = eig(state_matrix(inverse @ damping, inverse @ stiffness, scale))
     return values * scale, vectors[: len(mass)]
 
 
 def growth(modes: Modes, damping: float | Damping, friction: float, speed_hz: float) -> Growth:
-    """The fastest growth at a speed [Hz] of a disk whose tips all slide along the casing.
+    """Fastest growing motion at a speed [Hz] when all tips slide along the casing.
 
-    modes: of the disk, with the pairs of the casing, at this speed; damping: of the disk.
+    modes: Modes of the disk at this speed, with the pairs of the casing; damping: of the disk.
     """
     real = modes._replace(waves=None)
     rows, ratios = real.joined, real.damping_ratios(damping)

@@ -1,17 +1,17 @@
-"""When a motion is followed no longer, and what its amplitude is.
+"""Rules that decide when the integration of a motion ends, and with which amplitude.
 
 Rubbing is hardly ever periodic. The largest displacement of a few revolutions is then one draw of
-many, so that a motion is watched window by window, from the first check on:
+many, so that a rule looks at the motion window by window, from the first check on:
 
-- *steady*: three windows in succession are alike. By how much they may differ follows from the
-  damping: what a transient still has to go must be below the change allowed.
+- *steady*: three windows in succession agree. The damping sets how much they may differ: the
+  remaining change of a slow transient must be below the change that the criteria allow.
 - *averaged*: the mean of the windows' largest displacements has a standard error below `max_error`,
-  and they show no trend. The motion is followed no further: it may repeat itself later, or never.
-- *not steady*: neither is true when the time is over.
+  and they show no trend. Integration ends, whether the motion would repeat itself later or never.
+- *not steady*: the time is over before the motion is steady or averaged.
 
 Only the later half of the windows counts, five at least, and no motion is averaged before
-transients of the free disk have decayed. `docs/steady_state.md` says what is in the standard error,
-and what the rule gains.
+transients of the free disk have decayed. `docs/steady_state.md` explains the standard error, and
+the gain of this rule.
 """
 
 import math
@@ -24,56 +24,56 @@ from scipy.special import stdtrit
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated
 
-ALIKE = 3  # windows in succession of a steady motion
-FEWEST = 5  # windows that a mean is made of
+ALIKE = 3  # windows in succession that agree in a steady motion
+FEWEST = 5  # windows that a mean needs
 SETTLED = 2.0  # time constants of the slowest mode before a motion is averaged
-TREND = 1.7  # standard errors of a slope that is not chance
-TO_GO = 0.4  # of max_error, that a trend may lead away from the mean
-MEMORY = 2.0  # time constants of the slowest mode: apart by so many, windows are independent
+TREND = 1.7  # standard errors by which a slope must differ from 0 to count as a trend
+TO_GO = 0.4  # share of max_error by which a trend may still lead away from the mean
+MEMORY = 2.0  # time constants of the slowest mode between two windows that are independent
 TWO_SIDED = 0.975  # two standard errors hold 95 %
 
 Signals = Callable[[int], tuple[np.ndarray, np.ndarray]]
 
 
 class Verdict(NamedTuple):
-    """What is said of a motion in the end."""
+    """Verdict on a motion: its status and its amplitude."""
 
     status: int
-    largest: np.ndarray  # of every observed displacement (O,) [m]
+    largest: np.ndarray  # largest magnitude of every observed displacement (O,) [m]
     amplitude: float  # [m]
     error: float  # standard error of the amplitude [m]; NaN: unknown
     scatter: float  # standard deviation of the windows' amplitudes [m]; NaN: unknown
 
 
 class Watch:
-    """A rule that follows the motion of a speed until its end; that of a coating follows more."""
+    """A rule that ends the integration of one speed; `wear.Wearing` follows the coating, too."""
 
-    always = False  # whether it sees every block from the start on, and worn depths
+    always = False  # whether the rule needs every block from the start on, and worn depths
 
     def see(self, amplitude: float, time: float) -> None:
-        """Take the largest displacement of the next block [m], and its end since the start [s]."""
+        """Note the largest displacement of the next block [m], which ends at a time [s]."""
 
     def keep(self, revolutions: int, worn: np.ndarray) -> None:
-        """Keep the worn depth of every bar (Z, S) [m] after some revolutions since the start."""
+        """Keep the worn depth of every bar (Z, S) [m], with the revolutions since the start."""
 
     def write(self, index: int, wear: Any) -> None:
-        """What became of the coating, as speed ``index`` of ``wear`` (modified)."""
+        """Write the state of the coating to row ``index`` of ``wear`` (modified)."""
 
 
 class LastWindow(Watch):
-    """The paper's rule: two windows are compared, and the last one tells the amplitude."""
+    """The paper's rule: two windows must agree, and the last one gives the amplitude."""
 
     def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:
         self.criteria, self.passed = criteria, 0
 
     def may_end(self, time: float) -> bool:
-        """As `Windows.may_end`."""
+        """Whether the next check may end the motion; see `Windows.may_end`."""
         return self.passed + 1 >= self.criteria.confirmations
 
     def look(
         self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
     ) -> Verdict | None:
-        """As `Windows.look`."""
+        """Compare two windows; see `Windows.look`."""
         tip = int(np.argmax(last))
         passes = is_constant(before[tip], last[tip], self.criteria)
         passes = passes and is_repeated(*signals(tip), self.criteria)
@@ -85,37 +85,37 @@ class LastWindow(Watch):
 
 
 class Windows(Watch):
-    """What the windows of one speed have shown so far."""
+    """The rule of an ensemble of windows, with the windows of one speed so far."""
 
     def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:
-        """None yet.
+        """Start without windows.
 
         decay: rate of the slowest transient of the free disk [1/s]; window: length of a window [s].
         """
         self.criteria, self.decay = criteria, decay
-        self.part = -math.expm1(-decay * window)  # of a transient, that a window takes
-        self.independent = min(1.0, decay * window / MEMORY)  # of the windows, that count as such
+        self.part = -math.expm1(-decay * window)  # share of a transient that decays in a window
+        self.independent = min(1.0, decay * window / MEMORY)  # windows, share that is independent
         change = criteria.max_amplitude_change * self.part
         self.strict = criteria._replace(max_amplitude_change=change)
         self.alike, self.sizes = 1, list[np.ndarray]()
 
     def may_end(self, time: float) -> bool:
-        """Whether the next look, at a time since the start [s], may find the motion known."""
+        """Whether the next call of `look`, at a time since the start [s], may give a verdict."""
         enough = len(self.sizes) + 1 >= FEWEST and self.decay * time >= SETTLED
         return enough or self.alike + 1 >= ALIKE
 
     def look(
         self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
     ) -> Verdict | None:
-        """Take note of a window; returns None to go on.
+        """Judge the motion with its last window; return None while it has to go on.
 
-        before, last: (O,) largest observed displacements in the window before, and in this one [m].
-        signals: gives the history of one observed displacement in both.
+        before, last: (O,) largest observed displacements in the window before, and the last [m].
+        signals: function that returns the history of one observed displacement in both windows.
         time: since the start [s]; over: whether there is no time for another window.
         """
         self.sizes += [last] if self.sizes else [before, last]
         tip = int(np.argmax(last))
-        # of all displacements: another one may have been larger before, as at the start
+        # largest over all tips: at the start another tip may have moved more
         same = is_constant(before.max(), last.max(), self.strict)
         self.alike = self.alike + 1 if same and is_repeated(*signals(tip), self.strict) else 1
         if self.alike >= ALIKE:
@@ -124,11 +124,11 @@ class Windows(Watch):
         if not enough and not over:
             return None
         n = max(FEWEST, math.ceil(len(self.sizes) / 2))
-        found = self._verdict(NOT_STEADY, min(n, len(self.sizes)))
-        known = enough and found.error <= self.criteria.max_error * found.amplitude
-        if known and not self._goes_on(n, found.amplitude):
-            return found._replace(status=AVERAGED)
-        return found if over else None
+        verdict = self._verdict(NOT_STEADY, min(n, len(self.sizes)))
+        known = enough and verdict.error <= self.criteria.max_error * verdict.amplitude
+        if known and not self._goes_on(n, verdict.amplitude):
+            return verdict._replace(status=AVERAGED)
+        return verdict if over else None
 
     def _verdict(self, status, n):
         last = np.array(self.sizes[-n:])

@@ -1,7 +1,7 @@
 """Whole histories of a contact run: modal coordinates and contact forces, block by block.
 
-The sweep keeps only what its test of the steady state needs. Here the same steps are taken, one
-after the other and bit for bit, and every `stride`-th is kept; it costs somewhat more.
+A sweep keeps only the records that its test of the steady state needs. This module takes the same
+steps, bit for bit, and keeps every `stride`-th one, at a somewhat higher cost.
 """
 
 import math
@@ -33,18 +33,18 @@ LANES = (0,) * 8  # speeds integrated together
 
 
 class Piece(NamedTuple):
-    """R records of S speeds."""
+    """R records of the motion at S speeds: one block of a history."""
 
     time: np.ndarray  # since the bumps began to grow (R, S) [s]
     position: np.ndarray  # modal coordinates of the disk (R, K, S) [m·√kg]
     casing: np.ndarray  # turned coordinates of the pairs of the casing (R, 2J, S) [m·√kg]
     observed: np.ndarray  # observed displacements (R, O, S) [m]
-    peak: np.ndarray  # largest magnitudes of these in all steps (O, S) [m]
+    peak: np.ndarray  # largest |observed displacement| in all steps (O, S) [m]
     normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, C, S) [N]
     axial_force: np.ndarray  # against +z (R, C, S), (R, 0, S) without axial motion [N]
-    worn: Sequence[np.ndarray]  # of each speed, depths of every bar at the end (Z, N) [m]
-    reason: np.ndarray  # (S,) uint8: code of ``status``; once fatal, it stays and nothing counts
+    worn: Sequence[np.ndarray]  # worn depth of every bar at the end, for each speed (Z, N) [m]
+    reason: np.ndarray  # (S,) uint8: code of ``status``; a fatal one stays, and voids the history
 
 
 class Trace(NamedTuple):
@@ -52,7 +52,7 @@ class Trace(NamedTuple):
 
     position: np.ndarray  # modal coordinates (R, K, L) [m·√kg]
     observed: np.ndarray  # observed displacements (R·O, L) [m]
-    peak: np.ndarray  # largest magnitudes of these in all steps (O, L) [m]
+    peak: np.ndarray  # largest |observed displacement| in all steps (O, L) [m]
     force: np.ndarray  # sums of the multipliers over the steps of a record (R, F, L) [N]
     stride: int
 
@@ -78,29 +78,29 @@ class Trace(NamedTuple):
 
 
 def n_records(speed_hz: float, duration: float, scene: Scene) -> int:
-    """Records that `integrate` makes of one speed [Hz] in a duration [s]."""
+    """Number of records that `integrate` yields for a speed [Hz] and a duration [s]."""
     grid = cut_revolution(speed_hz, scene)
     return n_blocks(speed_hz, duration, grid) * (grid.steps_per_block // grid.stride)
 
 
 def n_blocks(speed_hz: float, duration: float, grid: Grid) -> int:
-    """Blocks of a speed [Hz] in a duration [s], rounded up."""
-    # a duration of whole blocks is not one more by rounding
+    """Number of blocks that a duration [s] takes at a speed [Hz], rounded up."""
+    # the factor keeps rounding errors from adding a block to a duration of whole blocks
     return math.ceil(duration * speed_hz * grid.blocks_per_revolution * (1.0 - 1e-12))
 
 
 def checks(speed_hz: float, duration: float, scene: Scene) -> range:
-    """Blocks after which a history of a speed [Hz] and a duration [s] is judged, as in a sweep."""
+    """Blocks after which a sweep would check the motion at a speed [Hz], within a duration [s]."""
     grid = cut_revolution(speed_hz, scene)
     first, extension = check_blocks(scene.steady, speed_hz, grid.blocks_per_revolution)
     return range(first, n_blocks(speed_hz, duration, grid) + 1, extension)
 
 
 class Follower:
-    """Follows a speed of a history as a sweep would: when its amplitude is known, what it wears."""
+    """Judges one speed of a history as a sweep would: its amplitude and the wear of the coating."""
 
     def __init__(self, modes: Modes, scene: Scene, speed_hz: float, duration: float) -> None:
-        """Nothing is seen yet; duration: of the history [s]."""
+        """Start before the first block; duration: of the history [s]."""
         grid = cut_revolution(speed_hz, scene)
         self.scene, self.speed, self.per_turn = scene, speed_hz, grid.blocks_per_revolution
         self.window = scene.steady.window_revolutions * self.per_turn
@@ -109,11 +109,11 @@ class Follower:
         self.watch = watch_of(modes.at(speed_hz), scene, speed_hz)
         # observed displacements of two windows and their peaks, by block
         self.recent: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=2 * self.window)
-        self.n_taken, self.time = 0, math.nan  # when it was known; NaN: ends before the first check
+        self.n_taken, self.time = 0, math.nan  # time of the last check [s]; NaN: there was none
         self.verdict: Verdict | None = None
 
     def take(self, piece: Piece, lane: int) -> None:
-        """Take note of the next Piece, unless this speed has come to its end, or failed."""
+        """Read the next Piece, unless this speed has reached its last block or has failed."""
         if self.n_taken == self.n_blocks or status.are_fatal(piece.reason[lane]):
             return
         self.n_taken += 1
@@ -139,20 +139,20 @@ class Follower:
 
     @property
     def found(self) -> Verdict:
-        """What a sweep would say of this speed."""
+        """Verdict of a sweep on this speed; not steady where the history ends too early."""
         unknown = np.full(self.scene.interface.observed.shape[0], np.nan)
         return self.verdict or Verdict(NOT_STEADY, unknown, math.nan, math.nan, math.nan)
 
     @property
     def wear(self) -> Wear:
-        """What has become of the coating at the end of the history, of one speed."""
+        """State of the coating at the end of the history: a Wear of one speed."""
         wear = Wear.empty(1, self.scene.n_strips)
         self.watch.write(0, wear)
         return wear
 
 
 def groups(speeds_hz: np.ndarray) -> list[np.ndarray]:
-    """Split speeds (S,) [Hz] into index arrays that `integrate` takes."""
+    """Split speeds (S,) [Hz] into index arrays, each of speeds that `integrate` takes together."""
     width, bands = len(LANES), speed_bands(speeds_hz)
     return [part for band in bands for part in np.split(band, range(width, len(band), width))]
 
@@ -165,15 +165,15 @@ def integrate(
     motion: Motion | None = None,
     poll: Callable[[], object] | None = None,
 ) -> Iterator[Piece]:
-    """Histories of a few speeds, as Pieces of one block each.
+    """Integrate a few speeds in time, and yield their histories as Pieces of one block.
 
     - modes: of the sample.
-    - speeds_hz: one of the `groups` of the speeds, (S,) [Hz].
+    - speeds_hz: speeds of one of the `groups`, (S,) [Hz].
     - duration: [s], rounded up to blocks of the fastest speed.
-    - motion: to start from, rest by default (modified: the motion at the end).
-    - poll: called without arguments after every Piece; what it raises ends it.
+    - motion: initial motion, rest by default (modified: it becomes the motion at the end).
+    - poll: called without arguments after every Piece; an exception from it ends the integration.
 
-    Yields Pieces. What the last one's `reason` says holds for the whole history.
+    The `reason` of the last Piece holds for the whole history.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n_speeds = len(speeds_hz)
@@ -198,7 +198,7 @@ def integrate(
 
 
 def _piece(bank, modes, scene, grid, n_speeds):
-    """The next Piece, its reasons unknown (bank is modified)."""
+    """Integrate one block into a Piece, without its reasons (bank is modified)."""
     n_records, width = grid.steps_per_block // grid.stride, len(LANES)
     n_observed, n_columns = len(modes.observed), bank.scheme.observed.shape[1]
     position = np.empty((n_records, len(bank.state.position), width))

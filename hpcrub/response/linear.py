@@ -1,16 +1,16 @@
 """Forced response to an engine-order excitation of the blades, in the frequency domain.
 
 The load of a blade is F cos(n_d (theta - Omega t)), radial [equation (5)], shared evenly by its
-contact points at the angles theta of the rotating frame. So it travels forward over the disk, and
-with a negative n_d backward: it is then at rest in space, as a casing is. It is harmonic at
+contact points at the angles theta of the rotating frame. The load travels forward over the disk;
+with a negative n_d it travels backward, and is at rest in space, as a casing is. It is harmonic at
 w = |n_d| Omega, and a displacement is Re(u exp(j w t)) with
 
     u = sum_k observed_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
     p_k = sum_i F/n_i normal_ik exp(-j n_d theta_i),    n_i contact points on the blade of point i.
 
-Where the stiffness depends on the speed, omega_k is that of the speed Omega = w / |n_d|. A complex
-mode z' = lambda z + l f of a disk in air, seen as Re(r z), adds r l p / 2(jw - lambda), and the
-same of the conjugates of r, l and lambda.
+Where the stiffness depends on the speed, omega_k is taken at the speed Omega = w / |n_d|. A complex
+mode z' = lambda z + l f of a disk in air, with displacement Re(r z), adds r l p / 2(jw - lambda)
+and the term with the conjugates of r, l and lambda.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
 
-_MESH_STEP = 0.25  # of the search mesh, in distances to the nearest pole
+_MESH_STEP = 0.25  # step of the search mesh, in distances to the nearest pole
 _WORTH_REFINING = 0.9  # mesh maxima below this share of the largest cannot overtake it
 _MAX_ITERATIONS = 60
 
@@ -40,9 +40,9 @@ def engine_order_response(
     - engine_order: number n_d of periods of the load over the circumference; negative: at rest in
       space.
     - interface: contact points that carry the load.
-    - speed_hz: (S,) rotation [Hz].
+    - speed_hz: (S,) speeds of rotation [Hz].
 
-    Returns (S, O); complex amplitudes of the observed displacements [m].
+    Returns complex amplitudes of the observed displacements (S, O) [m].
     Source: Joachim, Nyssen, Batailly (2020), equation (5).
     """
     w = 2 * np.pi * abs(engine_order) * np.asarray(speed_hz, dtype=float)
@@ -61,14 +61,14 @@ def linear_peak(
 ) -> tuple[float, float]:
     """Largest observed displacement over the speeds of the first family of modes.
 
-    - modes, damping_ratio, amplitude, engine_order, interface: as of `engine_order_response`.
+    - modes, damping_ratio, amplitude, engine_order, interface: as in `engine_order_response`.
     - n_family: modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over
-      n_d, each omega being that of the speed at which the load meets it. Where it never does,
-      because the stiffness grows faster with the speed, frequencies are those of `Modes.speed`.
+      n_d, with each omega at the speed where the load meets the mode. Where the load meets none,
+      because the stiffness grows faster with the speed, frequencies are those at `Modes.speed`.
 
-    Returns amplitude, to 1e-6 of itself [m], infinite where a mode flutters in air; speed_hz, where
-    it is reached [Hz].
-    Raises ValueError: without damping or with engine order zero: there is no peak then.
+    Returns amplitude [m], to a relative 1e-6, infinite where a mode flutters in air; speed_hz, its
+    speed [Hz].
+    Raises ValueError: without damping, or with engine order zero; there is no peak then.
     Source: Joachim, Nyssen, Batailly (2020), section 2.3.2.
     """
     if not (np.all(ratios(damping_ratio, modes.omega) > 0) and engine_order != 0):
@@ -93,7 +93,7 @@ def linear_peak(
 
 
 class _Oscillators:
-    """Terms of a response by its frequency w: real modes, complex ones, conjugates of these."""
+    """Terms of the response at a frequency w: real modes, complex modes, their conjugates."""
 
     def __init__(self, modes: Modes, damping_ratio: float | Damping, engine_order: int) -> None:
         self.modes, self.engine_order = modes, engine_order
@@ -106,7 +106,7 @@ class _Oscillators:
             self.observed = np.hstack([self.observed[:, self.real], seen, seen.conj()])
 
     def load(self, modal: np.ndarray) -> np.ndarray:
-        """What the modal forces (K,) are on every term (T,)."""
+        """Force on every term (T,) from the modal forces (K,)."""
         waves = self.modes.waves
         if waves is None:
             return modal
@@ -115,7 +115,7 @@ class _Oscillators:
         return np.concatenate([modal[self.real], left @ part, left.conj() @ part])
 
     def stiffness(self, w: np.ndarray) -> np.ndarray:
-        """omega^2 - w^2 + 2 j xi omega w of every mode, 2(jw - lambda) of complex ones (n, T)."""
+        """omega^2 - w^2 + 2 j xi omega w of real modes, 2(jw - lambda) of complex modes (n, T)."""
         omega = self.modes.omega_at(w / self.engine_order)
         stiffness = np.empty((len(w), omega.shape[-1]), dtype=complex)
         np.subtract(omega**2, w[:, None] ** 2, out=stiffness.real)
@@ -127,11 +127,11 @@ class _Oscillators:
         return np.hstack([stiffness[:, self.real], 2.0 * (1j * w[:, None] - both)])
 
     def slopes(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
-        """First and second derivative of `stiffness` by w."""
+        """First and second derivative of `stiffness` with respect to w."""
         omega, w = self.modes.omega_at(w / self.engine_order), w[:, None]
         d1, d2 = 2 * (1j * self.xi * omega - w), np.full((1, 1), -2.0)
         n, speed = self.engine_order, w / self.engine_order
-        rise, bend = (2 * speed, 4 * speed**3), (2.0, 12 * speed**2)  # of W² and W⁴ by W
+        rise, bend = (2 * speed, 4 * speed**3), (2.0, 12 * speed**2)  # of W² and W⁴, by W
         if len(self.modes.stiffening):
             by_square, by_fourth = self.modes.stiffening
             square1 = (rise[0] * by_square + rise[1] * by_fourth) / n  # d(omega^2)/dw
@@ -156,9 +156,9 @@ def _resonances(modes, engine_order):
     """Frequencies w = omega(w / n_d) at which the load meets every mode (K,); NaN where never.
 
     omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
-    The air shifts those of complex modes at all speeds by the same share.
+    The air shifts the frequency of a complex mode by the same factor at all speeds.
     """
-    found = modes.omega
+    frequencies = modes.omega
     if len(modes.stiffening):
         speed, (by_square, by_fourth) = modes.speed, modes.stiffening
         a = modes.omega**2 - by_square * speed**2 - by_fourth * speed**4
@@ -166,11 +166,11 @@ def _resonances(modes, engine_order):
         c = by_fourth / engine_order**4
         with np.errstate(all="ignore"):
             square = 2 * a / (left + np.sqrt(left**2 - 4 * a * c))
-            found = np.sqrt(np.where(square > 0, square, np.nan))
+            frequencies = np.sqrt(np.where(square > 0, square, np.nan))
     if modes.waves:
-        rows, found = modes.waves.rows, found.copy()
-        found[rows] *= modes.waves.eigenvalue.imag / modes.omega[rows]
-    return found
+        rows, frequencies = modes.waves.rows, frequencies.copy()
+        frequencies[rows] *= modes.waves.eigenvalue.imag / modes.omega[rows]
+    return frequencies
 
 
 def _modal_load(modes, amplitude, engine_order, interface):
@@ -179,12 +179,12 @@ def _modal_load(modes, amplitude, engine_order, interface):
 
 
 def _search_mesh(omega, xi, n_family):
-    """Excitation frequencies that leave no room for a peak between two of them [rad/s].
+    """Excitation frequencies [rad/s] so close that no peak fits between two of them.
 
-    The response is analytic in w but for a pole at about xi omega_k beside every resonance, so it
-    can vary only on the scale of the distance to the nearest pole. The mesh has a constant step in
-    s, where ds = dw / distance: w = omega_k + h sinh(s - s_k) around resonance k, h the smallest
-    xi omega of all.
+    The response is analytic in w except for a pole at about xi omega_k beside every resonance, so
+    it varies only on the scale of the distance to the nearest pole. The mesh has a constant step in
+    s, where ds = dw / distance: w = omega_k + h sinh(s - s_k) around resonance k, with h the
+    smallest xi omega of all modes.
     """
     first, last = 0.9 * omega[:n_family].min(), 1.1 * omega[:n_family].max()
     near = (omega >= first) & (omega <= last)
@@ -200,7 +200,7 @@ def _search_mesh(omega, xi, n_family):
 
 
 def _mesh_maxima(u):
-    """Indices (speed, row) of the local maxima over speeds of u (S, O) that may be largest."""
+    """Indices (speed, row) of local maxima of u (S, O) over the speeds that may be the largest."""
     lowest = np.full((1, u.shape[1]), -np.inf)
     padded = np.concatenate([lowest, u, lowest])
     is_maximum = (u >= padded[:-2]) & (u >= padded[2:])
@@ -230,7 +230,7 @@ def _refine(residues, oscillators, w, low, high):
 
 
 def _response_and_slopes(residues, inverse, d1, d2):
-    """Response u = sum r/d and its two derivatives by w, from those of d."""
+    """Response u = sum r/d and its two derivatives by w, from d1 and d2 of the stiffness d."""
     term = residues * inverse
     term1 = -term * d1 * inverse
     term2 = -(d2 * term + 2 * term1 * d1) * inverse

@@ -1,8 +1,8 @@
-"""How a revolution is cut into time steps, blocks and records: from the speed alone.
+"""Division of a revolution into time steps, blocks and records, from the speed alone.
 
-Speeds share lanes only where they take the same number of steps per revolution. So all speeds are
-cut into *rungs* of a fixed ladder, and each takes the steps that the slowest of its rung needs.
-What is computed at a speed then depends on no other speed of the study.
+Speeds share lanes only where they take the same number of steps per revolution. So all speeds lie
+on *rungs* of a fixed ladder, and each takes the steps that the lowest speed of its rung needs. The
+result at a speed then depends on no other speed of the study.
 """
 
 import math
@@ -16,7 +16,7 @@ MIN_BLOCK = 64  # steps
 
 
 class Grid(NamedTuple):
-    """How the revolutions of a rung are cut."""
+    """Steps, blocks and records of a revolution, for all speeds of a rung."""
 
     steps_per_revolution: int
     blocks_per_revolution: int
@@ -29,7 +29,7 @@ class Grid(NamedTuple):
 
 
 def rung(speed_hz: float) -> int:
-    """Number of the rung of a speed [Hz], which begins at `slowest`."""
+    """Number of the rung that a speed [Hz] lies on."""
     return math.floor(math.log(speed_hz / ANCHOR) / math.log(BAND))
 
 
@@ -47,12 +47,12 @@ def speed_bands(speeds_hz: np.ndarray) -> list[np.ndarray]:
 
 
 def cut_revolution(speed_hz: float, scene: Any) -> Grid:
-    """Whole steps per block and blocks per revolution, no step longer than asked.
+    """Grid with whole steps per block and whole blocks per revolution, no step longer than asked.
 
-    A block turns the disk by a whole number of bump pitches, or periods of what the tips meet.
+    A block turns the disk by whole bump pitches, or whole periods of casing and load together.
 
-    speed_hz: any speed of a rung [Hz]; the slowest of the rung counts.
-    scene: its `step` and `least_steps`, `record_interval`, `repeats` and `divisor`.
+    speed_hz: any speed of a rung [Hz]; the lowest speed of the rung sets the grid.
+    scene: a Scene, for `step`, `least_steps`, `record_interval`, `repeats` and `divisor`.
     """
     lowest = slowest(rung(speed_hz))
     n_steps = math.ceil(max(1.0 / (lowest * scene.step), scene.least_steps) * (1.0 - 1e-12))

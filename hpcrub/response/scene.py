@@ -1,4 +1,4 @@
-"""What is the same in all runs of a study: casing and contact, time integration, steady state."""
+"""Data that all runs of a study share: casing, contact, time integration, steady state."""
 
 import math
 from typing import NamedTuple
@@ -16,29 +16,30 @@ RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 1
 
 
 class Scene(NamedTuple):
-    """Everything about a contact run that is the same for all samples and speeds."""
+    """Data of a contact run that all samples and speeds share."""
 
     interface: Interface
-    damping_ratio: float | Damping  # of every mode, or of each
+    damping_ratio: float | Damping  # one for all modes, or one for each
     casing: CasingShape
     clearance: float  # [m]; where it changes with the speed, the smallest
     ramp_time: float  # [s]
     friction: float
-    # running clearance, which centrifugal growth, untwist and heat change: speeds, increasing [Hz],
-    # with a clearance each [m], straight lines between them; None: the same at every speed
+    # running clearance, which centrifugal growth, untwist and heat change: increasing speeds [Hz]
+    # and the clearance at each [m], straight lines between; None: one clearance at every speed
     running: tuple[tuple[float, float], ...] | None = None
     load: float = 0.0  # radial engine-order excitation of every blade, at rest in space [N]
-    load_order: int = 1  # its periods around the casing
+    load_order: int = 1  # periods of this load around the casing
     elastic_casing: ElasticCasing | None = None  # None: the casing does not give
-    coating: Coating | None = None  # that wears; None: the bare casing
-    law: type[Law] | None = None  # None: the one for this disk and casing
+    coating: Coating | None = None  # coating that wears; None: the bare casing
+    law: type[Law] | None = None  # contact law; None: `Planar` or `Solid`, by the disk
     scheme: str = "central_difference"
     step: float = 1e-6  # [s], an upper bound
-    least_steps: float = 0.0  # of a revolution
+    least_steps: float = 0.0  # steps of a revolution, a lower bound
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
-    observes_stress: bool = False  # at the places of the interface, as displacements
-    halves_lanes: bool = False  # when a sweep runs dry; compiles the kernel for half of them, too
+    observes_stress: bool = False  # whether to follow the stresses of the interface, too
+    # whether a sweep goes on with half the lanes when few speeds are left: a second compilation
+    halves_lanes: bool = False
 
     def at(self, speed_hz: float) -> "Scene":
         """The scene at a speed of rotation [Hz]."""
@@ -54,28 +55,28 @@ class Scene(NamedTuple):
 
     @property
     def repeats(self) -> int:
-        """Times that all that a contact point meets repeats itself in a turn."""
+        """Periods of casing and load together in a turn."""
         casing = self.casing.repeats
         return math.gcd(casing, self.load_order) if self.load else casing
 
     @property
     def divisor(self) -> int:
-        """Number that divides the steps of a turn, so that all blades meet the same bars."""
+        """Divisor of the steps of a turn: the blades where they must all meet the same bars."""
         return self.interface.n_blades if self.coating else 1
 
     @property
     def n_strips(self) -> int:
-        """Strips of the coating, 0 without one."""
+        """Number of strips of the coating, 0 without a coating."""
         return self.interface.n_strips if self.coating else 0
 
     @property
     def lift(self) -> float:
-        """Smallest clearance and highest place of the casing together [m]."""
+        """Smallest clearance plus largest height of the casing [m]."""
         return self.clearance + self.casing.highest
 
 
 def can_touch(scene: Scene) -> bool:
-    """Whether a disk that starts at rest can touch the casing, or stays at rest."""
+    """Whether a disk that starts at rest can ever touch the casing."""
     if scene.load:
         return True
     return scene.casing.highest > scene.clearance + scene.interface.clearance.min()

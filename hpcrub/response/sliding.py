@@ -1,14 +1,14 @@
-"""Whether a contact point that slides along the casing is stable, from the free disk alone.
+"""Stability of a contact point that slides along the casing, from the modes of the free disk.
 
-A point that is held at the casing by a normal force λ and rubs with μλ has the compliance
+A point that a normal force λ holds at the casing, and friction μλ rubs, has the compliance
 
     c(μ) = sum_k R_k (R_k + μ T_k) / ω_k²,
 
-R and T its normal and tangential displacement per unit modal coordinate. Where c(μ) < 0 the force
-presses the point further into the casing: it *locks itself*, and no sliding contact lasts. Stick
-between blade and casing, wear and large displacements, which bound such a motion, are not in the
-model. Of brakes this is known as *sprag*; a minimal model of it is in Applied Sciences 10 (2020),
-article 2748. The criterion is derived here; `evidence.validation.sliding` checks it in time.
+with R and T its normal and tangential displacement per unit modal coordinate. Where c(μ) < 0 the
+force presses the point further into the casing: the point *locks itself*, and no sliding contact
+lasts. The model has no stick, wear or large displacements, which bound the motion in a machine.
+Brakes show the same as *sprag*; Applied Sciences 10 (2020), article 2748, has a minimal model. The
+criterion is derived here; `evidence.validation.sliding` checks it by integration in time.
 """
 
 from typing import Any
@@ -20,13 +20,13 @@ from hpcrub.model.coating import ElasticCasing
 from hpcrub.model.damping import Damping, ratios, state_matrix
 from hpcrub.model.reduction import Modes
 
-PERMANENT = 0.99  # share of the last window in which a blade touches that does not leave the casing
+PERMANENT = 0.99  # share of the last window that a blade touches, above which contact is permanent
 
 
 def critical_friction(modes: Modes, casing: ElasticCasing | None = None) -> float:
     """Smallest coefficient of friction at which a contact point locks itself; inf: none does.
 
-    casing: ElasticCasing, optional, that gives: its compliance 1/k is added to c(μ).
+    casing: ElasticCasing whose compliance 1/k is added to c(μ); None: the casing is rigid.
     """
     normal, tangential = _compliances(modes)
     normal = normal + (1.0 / casing.stiffness if casing else 0.0)
@@ -36,10 +36,10 @@ def critical_friction(modes: Modes, casing: ElasticCasing | None = None) -> floa
 
 
 def growth_rate(modes: Modes, damping_ratio: float | Damping, friction: float) -> float:
-    """How fast a displacement grows at the contact point that slides least stably [1/s].
+    """Rate of growth of the motion at the contact point that slides least stably [1/s].
 
-    The largest real part of the eigenvalues of the disk with this point held at the casing,
-    q'' = -(1 - G (R G)⁻¹ R) (2ξω q' + ω² q), G = -(R + μT)ᵀ. Zero when it is stable.
+    This is the largest real part of the eigenvalues of the disk with this point held at the casing,
+    q'' = -(1 - G (R G)⁻¹ R) (2ξω q' + ω² q), G = -(R + μT)ᵀ. Zero where the point is stable.
     """
     normal, tangential = _compliances(modes)
     point = int(np.argmin((normal + friction * tangential) / normal))
@@ -54,11 +54,11 @@ def growth_rate(modes: Modes, damping_ratio: float | Damping, friction: float) -
 
 
 def permanent_contact(share: np.ndarray, modes: Modes, scene: Any, speed_hz: float) -> int:
-    """Whether a motion is one in permanent contact, whose amplitude means nothing.
+    """Whether a motion is in permanent contact, so that its amplitude means nothing.
 
-    A blade that touches the casing all the time either follows the casing, or, where sliding
-    contact is not stable, friction feeds its motion. A coating bounds it: contact ends when enough
-    is cut.
+    A blade that touches the casing all the time either follows the casing or, where sliding
+    contact is not stable, takes energy from friction. On a coating contact is never permanent: it
+    ends when enough is cut.
 
     share: (N,) share of the last window in which each blade touches; (0,) where it is not known.
     scene: response.scene.Scene; speed_hz: of the motion [Hz].

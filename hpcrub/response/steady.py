@@ -7,9 +7,9 @@ import numpy as np
 
 
 class SteadyCriteria(NamedTuple):
-    """When a run is checked and accepted: see `ensemble`.
+    """Criteria by which a motion is checked and accepted; see `ensemble`.
 
-    The defaults are those of Joachim, Nyssen, Batailly (2020), section 3.1, but for `max_time`.
+    Defaults are from Joachim, Nyssen, Batailly (2020), section 3.1, except for `max_time`.
     """
 
     first_check: float = 0.5  # [s]
@@ -18,13 +18,13 @@ class SteadyCriteria(NamedTuple):
     min_correlation: float = 0.95
     max_amplitude_change: float = 0.01
     max_time: float = 2.0  # [s]
-    confirmations: int = 1  # checks passed in succession until accepted; 1 is the paper's
-    rule: str = "last_window"  # the paper's, or "ensemble"
-    max_error: float = 0.15  # standard error of the mean of an ensemble
+    confirmations: int = 1  # checks to pass in succession; the paper asks for 1
+    rule: str = "last_window"  # the paper's rule, or "ensemble"
+    max_error: float = 0.15  # largest standard error of a mean amplitude, over the mean
 
 
 def check_blocks(steady: Any, speed_hz: float, per_turn: int) -> tuple[int, int]:
-    """Blocks until a motion is checked for the first time, and from one check to the next.
+    """Blocks until the first check of a motion, and from one check to the next.
 
     steady: SteadyCriteria; speed_hz: of rotation [Hz]; per_turn: blocks of a revolution.
     """
@@ -36,7 +36,7 @@ def check_blocks(steady: Any, speed_hz: float, per_turn: int) -> tuple[int, int]
 
 
 def correlation(a: np.ndarray, b: np.ndarray) -> float:
-    """Pearson correlation of two signals (n,); 1 if both are constant, 0 if one is."""
+    """Pearson correlation of two signals (n,); 1 if both are constant, 0 if only one is."""
     a, b = _unit(a), _unit(b)
     if not (a.any() and b.any()):
         return 0.0 if a.any() or b.any() else 1.0
@@ -44,9 +44,9 @@ def correlation(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def _unit(signal):
-    """Signal (n,) less its mean, of norm 1; zero for a constant one.
+    """Signal (n,) without its mean, scaled to norm 1; zero if the signal is constant.
 
-    Scaled twice, because squares of numbers below 1e-160 or above 1e150 are not numbers any more.
+    Scaled twice, because squares of numbers below 1e-160 or above 1e150 leave the floating range.
     """
     off = signal - signal.mean()
     largest = np.abs(off).max()
@@ -67,7 +67,7 @@ def is_repeated(before: np.ndarray, last: np.ndarray, criteria: SteadyCriteria) 
 
 
 def localisation(blade_amplitude: np.ndarray) -> np.ndarray:
-    """Localisation factor of a vibration, 0 if all blades move alike and 1 if one moves alone.
+    """Localisation factor of a vibration: 0 if all blades move alike, 1 if one blade moves alone.
 
     blade_amplitude: (..., N) largest displacement of each blade [m].
     Returns (...); factor [-]; 0 where nothing moves.

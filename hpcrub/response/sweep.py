@@ -1,7 +1,4 @@
-"""The frequency response of one sample: many angular speeds, a few at a time.
-
-Those that share lanes, a *band*, are integrated together (`band`).
-"""
+"""Frequency response of one sample: many angular speeds, integrated a band at a time (`band`)."""
 
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
@@ -21,16 +18,16 @@ from hpcrub.response.wear import Wear
 
 
 class Motion(NamedTuple):
-    """Where every speed stands at the end of a block of a run, to go on from there."""
+    """State of every speed at the end of a block, from which a later run can go on."""
 
     position: np.ndarray  # modal coordinates (S, K) [m·√kg]
-    velocity: np.ndarray  # (S, K)
+    velocity: np.ndarray  # modal velocities, mean over the last step (S, K) [m·√kg/s]
     time: np.ndarray  # since the bumps began to grow (S,) [s]
-    memory: np.ndarray  # of the contact law, of what it has met (S,) of object
+    memory: np.ndarray  # `memory` of the contact law (S,) of object
 
     @classmethod
     def at_rest(cls, n_speeds: int, n_modes: int) -> "Motion":
-        """At rest, before the bumps grow."""
+        """Motion of disks at rest, before the bumps begin to grow."""
         still = np.zeros((n_speeds, n_modes))
         return cls(still, still.copy(), np.zeros(n_speeds), np.full(n_speeds, None))
 
@@ -44,17 +41,18 @@ class SweepResult(NamedTuple):
     error: np.ndarray  # (S,) standard error of the amplitude [m]; NaN: unknown
     scatter: np.ndarray  # (S,) standard deviation of the windows' amplitudes [m]; NaN: unknown
     half_peak_to_peak: np.ndarray  # (S,) largest of any observed displacement, last window [m]
-    stress: np.ndarray  # (S,) largest of the last window, on a coating of any time [Pa]; NaN
+    # (S,) largest |stress| of the last window, on a coating at any time [Pa]; NaN: not observed
+    stress: np.ndarray
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
-    casing: CasingMotion  # of a casing that vibrates
-    wear: Wear  # of a coating
-    n_steps: int = 0  # time steps of all speeds
+    casing: CasingMotion
+    wear: Wear
+    n_steps: int = 0  # time steps of all speeds together
 
     @classmethod
     def empty(cls, n: int, n_strips: int = 0) -> "SweepResult":
-        """Result of n speeds, none of them integrated yet; n_strips: of a coating."""
+        """Result of n speeds that are not integrated yet; n_strips: of a coating."""
         numbers, codes = np.full((7, n), np.nan), np.zeros((3, n), dtype=np.uint8)
         numbers[1] = 0.0
         motions = CasingMotion.empty(n), Wear.empty(n, n_strips)
@@ -63,16 +61,16 @@ class SweepResult(NamedTuple):
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
-        """All that has a row for every speed."""
+        """All arrays with a row for every speed."""
         return *self[:10], *self.casing, *self.wear
 
     def take(self, speeds: Any, other: "SweepResult") -> None:
-        """Take over the response at some speeds (an index) from another one (modified)."""
+        """Copy the response at some speeds (an index) from another result (self is modified)."""
         for values, new in zip(self.arrays, other.arrays, strict=True):
             values[speeds] = new[speeds]
 
     def continued(self, reason: np.ndarray) -> "SweepResult":
-        """The same, less the points that have failed since; reason: codes of ``status`` (S,)."""
+        """Result without the points that failed in a later run; reason: its codes (S,)."""
         lost = status.are_fatal(reason) & (self.point_status != DIVERGED)
         names = "amplitude", "localisation", "error", "scatter", "half_peak_to_peak", "stress"
         kept: dict[str, Any] = {n: np.where(lost, np.nan, getattr(self, n)) for n in names}
@@ -96,12 +94,12 @@ def run_sweep(
 
     - modes: of the sample.
     - speeds_hz: (S,) of rotation [Hz].
-    - poll: called without arguments after every PIECE of steps, some hundredths of a second; what
-      it raises ends the sweep.
-    - width: speeds integrated together; changes the cost, not one bit of the result.
-    - selection: indices of the speeds to integrate, all by default. The steps are those of the
-      whole sweep, so that parts of it computed apart are the same bits.
-    - motion: to start from, rest by default (modified: the motion at the end).
+    - poll: called without arguments after every PIECE of steps, some hundredths of a second; an
+      exception from it ends the sweep.
+    - width: speeds integrated together; it changes the cost, and not one bit of the result.
+    - selection: indices of the speeds to integrate, all by default. A sweep in parts takes the
+      same steps, and gives the same bits, as the whole sweep.
+    - motion: initial motion, rest by default (modified: it becomes the motion at the end).
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
@@ -122,7 +120,7 @@ def run_sweep(
 
 
 def _leave_at_rest(out, still, scene):
-    """The response at speeds (indices) at which nothing touches (out is modified)."""
+    """Write the response at speeds (indices) at which nothing touches (out is modified)."""
     known = 0.0 if scene.steady.rule == "ensemble" else np.nan
     no_stress = 0.0 if scene.observes_stress else np.nan
     at_rest = 0.0, 0.0, 0.0, known, known, 0.0, no_stress, STEADY

@@ -1,7 +1,7 @@
-"""Contact laws: which forces the casing exerts on the tips. One law, one module, one class.
+"""Contact laws, the forces of the casing on the tips: one module and one class for each law.
 
-`planar.Planar` is the law of planar disks, `solid.Solid` that of disks that move in three
-dimensions; `protocols.Law` says what another one needs. The arrays of a law are a NamedTuple in its
-`bank.Bank`, and its class has the methods. What the points of these two laws meet is a surface,
-`hard.Hard` or `surfaces.Coated` (`protocols.Surface`).
+`planar.Planar` is the law of planar disks, `solid.Solid` the law of disks that move in three
+dimensions; `protocols.Law` lists the methods of a law. The class of a law is a NamedTuple of its
+arrays, and a member of `arrays.Bank`. In both laws the points meet a surface, `hard.Hard` or
+`surfaces.Coated` (`protocols.Surface`).
 """

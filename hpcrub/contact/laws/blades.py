@@ -1,14 +1,13 @@
-"""The multipliers of blades with several contact points: the problem of a group is solved exactly.
+"""Multipliers of blades with several contact points, by exact solutions for groups of blades.
 
 The contact points of one blade are coupled so stiffly that Gauss–Seidel from point to point takes
-up to hundreds of sweeps at small steps. So blades form groups of at most `solid.GROUP` points,
-whose problem `groups` solves exactly, from the points that carried a force in the step before.
-Sweeps go from group to group where there are several. What does not converge goes to Lemke's
-method.
+up to hundreds of sweeps at small steps. So blades form groups of at most `solid.GROUP` points, and
+`groups` solves the problem of a group exactly, with a warm start from the active set of the step
+before. Where there are several groups, sweeps go from group to group. Lanes that do not converge
+go to Lemke's method.
 
-Only blades that penetrate are looked at, or nearly do. The forces found bound what they can push
-others in, and blades that this bound reaches join. A lane is never changed by what the other lanes
-need.
+At first only blades that penetrate, or nearly do, take part. Their forces bound the depth that they
+can push other blades in, and blades within this bound join. A lane never depends on other lanes.
 """
 
 import numpy as np
@@ -22,17 +21,17 @@ from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.lcp.gauss_seidel import TOLERANCE
 from hpcrub.contact.lcp.pivoting import solve_by_pivoting
 
-MOST_SWEEPS = 100  # from group to group; three or so are usual
-NEAR = 0.5  # distance at which blades are looked at from the begin, of the deepest penetration
+MOST_SWEEPS = 100  # sweeps from group to group; about three are usual
+NEAR = 0.5  # distance within which a blade takes part at first, over the deepest penetration
 
 
 @compiled(inner=True)
 def list_near(lanes: tuple, state: State, law: SolidArrays, threshold: np.ndarray) -> int:
     """List the points of blades that penetrate more than a threshold in any lane.
 
-    threshold: negative for blades that are near.
-    Returns groups with points in the list; ``law.groups`` says where each begins
-    in ``state.active``, ``law.deepest`` how deep each blade is (all modified).
+    threshold: negative, so that blades close to the casing are listed, too.
+    Returns the number of groups with points in the list. ``law.groups`` holds the place in
+    ``state.active`` where each begins, ``law.deepest`` the depth of each blade (all modified).
     """
     n_groups = n_active = 0
     law.groups[0] = 0
@@ -61,10 +60,10 @@ def list_near(lanes: tuple, state: State, law: SolidArrays, threshold: np.ndarra
 
 @compiled(inner=True)
 def guess(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> None:
-    """Guess which points carry a force, from those of the step before (state, law are modified).
+    """Guess the active set, by a warm start from the step before (state, law are modified).
 
     A point that penetrates carries a force, unless the forces on other points held it out in the
-    step before. It is guessed on the first line of its surface, or on that of the step before.
+    step before. The guess takes the line of the step before, or the first line of the surface.
 
     deepest: (L,) deepest penetration of the step [m]; lanes without contact keep their guess.
     """
@@ -80,9 +79,8 @@ def guess(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> 
 def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> int:
     """Multipliers of all points that may carry a force (state, law are modified).
 
-    Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
-
-    Returns entries of `State.active` that count.
+    The unknowns are x_j = λ_j W_jj, the depths that each contact alone would undo, which
+    `solid.turned_forces` scales to forces. Returns the number of entries in `State.active`.
     """
     zero = v.splat(lanes, 0.0)
     limit = v.larger(deepest, 0.0) * TOLERANCE
@@ -132,7 +130,7 @@ def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarr
 
 @compiled(inner=True)
 def reach_of_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> np.ndarray:
-    """Minus the depth (L,) that the forces can push points of other blades in, a bound [m]."""
+    """Minus a bound (L,) [m] on the depth that the forces can push points of other blades in."""
     total = v.splat(lanes, 0.0)
     for a in range(n_active):
         if law.turned[a]:
@@ -146,7 +144,7 @@ def reach_of_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int)
 
 @compiled(inner=True)
 def count_between(lanes: tuple, law: SolidArrays, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Blades (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
+    """Number of blades (L,) that penetrate by more than ``low`` and at most ``high`` [m]."""
     count = v.splat(lanes, 0.0)
     for blade in range(law.deepest.shape[0]):
         depth = v.load(lanes, law.deepest, blade)
@@ -156,7 +154,7 @@ def count_between(lanes: tuple, law: SolidArrays, low: np.ndarray, high: np.ndar
 
 @compiled(inner=True)
 def left_by_others(lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int) -> None:
-    """Penetrations of a group that the forces on the other groups leave (state.depth, modified)."""
+    """Set ``state.depth`` to the penetrations of a group that forces on other groups leave."""
     n_rows = state.penetration.shape[0]
     start, end = law.groups[group], law.groups[group + 1]
     for a in range(start, end):
@@ -174,7 +172,7 @@ def left_by_others(lanes: tuple, state: State, law: SolidArrays, n_groups: int, 
 def solve_stuck(state: State, law: SolidArrays, n_active: int) -> None:
     """Multipliers of the lanes marked in ``law.work.right`` by pivoting (state is modified).
 
-    n_active: all points, with their columns.
+    n_active: number of points; all are listed and have their columns.
     """
     n_rows = state.penetration.shape[0]
     rows = state.active[:n_active].copy()

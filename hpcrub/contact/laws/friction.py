@@ -1,13 +1,14 @@
-"""Friction that turns with the slip velocity, and the Delassus operator that goes with it.
+"""Friction that turns with the slip velocity, and its Delassus operator.
 
-Friction opposes the slip velocity of a contact point, which has a part along the casing's
-circumference, RΩ + u̇_t, and an axial part u̇_a. Its direction (cos β, sin β) is that of the step
-before, so the multipliers of a step still solve a linear problem, whose operator changes with β:
+Friction opposes the slip velocity of a contact point, which has a part RΩ + u̇_t along the casing's
+circumference and an axial part u̇_a. The direction (cos β, sin β) comes from the step before, so
+that the multipliers of a step still solve a linear complementarity problem, with an operator that
+changes with β:
 
     W = N·gain·[N + μ (T cos β + A sin β)]ᵀ.
 
-Both are needed only of points that may carry a force: the column of a point is computed when the
-solver of `blades` asks for it.
+Only points that may carry a force need a direction and a column of W, which are computed when the
+solver of `blades` asks for them.
 """
 
 from hpcrub.contact import lanes as v
@@ -17,12 +18,12 @@ from hpcrub.contact.lanes import TILE, TIPS
 from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.status import JAMMING
 
-FEW = (0,) * min(4, TILE)  # points whose slip is found in one pass, where that is enough
+FEW = (0,) * min(4, TILE)  # size of a pass over slip velocities when few points need them
 
 
 @compiled(inner=True)
 def turn_penetrating(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> None:
-    """Columns of all listed points that penetrate or touch (law is modified)."""
+    """Fill the columns of all listed points that penetrate or touch (law is modified)."""
     n = 0
     for a in range(n_active):
         i = state.active[a]
@@ -37,10 +38,10 @@ def turn_penetrating(lanes: tuple, state: State, law: SolidArrays, n_active: int
 
 @compiled(inner=True)
 def turn(lanes: tuple, state: State, law: SolidArrays, n_fresh: int, n_active: int) -> None:
-    """Directions and columns of the points in ``law.work.fresh`` (law is modified).
+    """Compute directions and columns of the points in ``law.work.fresh`` (law is modified).
 
-    n_fresh: entries of ``law.work.fresh`` that count, places in `State.active`.
-    n_active: entries of `State.active` that count: rows of a column.
+    n_fresh: number of entries of ``law.work.fresh`` that count, places in `State.active`.
+    n_active: rows of a column.
     """
     for a in range(n_fresh, n_fresh + TILE):
         law.work.fresh[a] = law.work.fresh[0]
@@ -55,9 +56,9 @@ def turn(lanes: tuple, state: State, law: SolidArrays, n_fresh: int, n_active: i
 
 @compiled(inner=True)
 def slip(lanes: tuple, slots: tuple, state: State, law: SolidArrays, first: int) -> None:
-    """Directions of slip of a few points in the step before (law is modified).
+    """Sum the tangential and axial motion of a few points in the step before (law is modified).
 
-    slots: as many zeros as there are points; first: place of the first one in ``law.work.fresh``.
+    slots: zeros, one per point; first: place of the first point in ``law.work.fresh``.
     """
     for a in range(len(slots)):
         law.work.slipping[a] = state.active[law.work.fresh[first + a]]
@@ -74,9 +75,9 @@ def slip(lanes: tuple, slots: tuple, state: State, law: SolidArrays, first: int)
 
 @compiled(inner=True)
 def fill_column(lanes: tuple, state: State, law: SolidArrays, b: int, n_active: int) -> None:
-    """Column of the Delassus operator of one point (state and law are modified).
+    """Fill the column of the Delassus operator for one point (state and law are modified).
 
-    b: place of the point in `State.active`; its slip velocity is in ``cosine`` and ``sine``.
+    b: place of the point in `State.active`; ``cosine`` and ``sine`` hold its sums from `slip`.
     n_active: rows of the column.
     """
     n_rows = state.penetration.shape[0]
@@ -92,7 +93,7 @@ def fill_column(lanes: tuple, state: State, law: SolidArrays, b: int, n_active: 
     own = v.load(lanes, law.compliance, first + 3 * j)
     own = v.fma(along, v.load(lanes, law.compliance, first + 3 * j + 1), own)
     own = v.fma(across, v.load(lanes, law.compliance, first + 3 * j + 2), own)
-    # where the point penetrates: a force there would pull its blade further in
+    # jamming: a force on a point that penetrates would pull its blade further in
     near = v.load(lanes, state.penetration, j) > 0.0
     jamming = v.select(near, own, 1.0) < 1e-300
     code = v.select(jamming, float(JAMMING), v.load(lanes, state.report, FLAW))

@@ -1,7 +1,8 @@
 """Forces on planar disks before a casing that gives, or a coating that wears.
 
-Contact forces by projected Gauss–Seidel as before a rigid casing, with the line of `surfaces` that
-each point is on in place of max(d, 0). Slopes below one make it converge no slower.
+Projected Gauss–Seidel computes the contact forces as before a rigid casing, but with the line of
+`surfaces` that each point is on in place of max(d, 0). As slopes are below one, it converges no
+slower.
 """
 
 from typing import Any
@@ -16,9 +17,9 @@ from hpcrub.contact.lcp import gauss_seidel
 
 @compiled(inner=True)
 def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
-    """Take from all penetrations what the forces of earlier steps undo (state, law are modified).
+    """Reduce all penetrations by the effect of forces of earlier steps (state, law are modified).
 
-    Returns (L,); the deepest penetration [m].
+    Returns the deepest penetration (L,) [m].
     """
     last, zero = state.penetration.shape[0] - 1, v.splat(lanes, 0.0)
     for j in range(last):
@@ -39,9 +40,9 @@ def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
 
 @compiled(inner=True)
 def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
-    """Turn the depths x into forces, and keep what the points reach (state, law are modified).
+    """Turn the depths x into forces, and wear the coating (state, law are modified).
 
-    Returns points in `State.active`: those that carry a force in any lane.
+    Returns the number of points that carry a force in any lane, which `State.active` lists.
     """
     surface, n = law.surface, 0
     for a in range(n_active):
@@ -62,7 +63,7 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
 
 @compiled(inner=True)
 def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
-    """Contact forces of a step (state, law are modified); see ``laws``."""
+    """Contact forces of a step (state, law are modified); see `protocols.Law.forces`."""
     deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
     if not v.any_lane(deepest > 0.0):
         return 0

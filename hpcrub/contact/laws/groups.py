@@ -1,8 +1,8 @@
-"""The multipliers of one group of blades, whose problem is solved exactly.
+"""Exact solution for the multipliers of one group of blades, by an active-set method.
 
-The set of points that carry a force is guessed, and the line of each that its surface has; the
-linear equations of the set are solved, and points that are not on their line change it: principal
-pivoting (Júdice and Pires 1994), in all lanes at once.
+A trial guesses the active set, the points that carry a force, and the line of the surface for each
+point. It solves the linear equations of the set; then points that turn out not to be on their line
+change it: principal pivoting (Júdice and Pires 1994), in all lanes at once.
 """
 
 import numpy as np
@@ -13,18 +13,18 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.friction import turn
 from hpcrub.contact.laws.solid_arrays import SolidArrays
 
-MOST_TRIALS = 60  # guesses of the points of a group that carry a force; two or so are usual
-ALL_AT_ONCE = 12  # of these, those after which all points of the wrong sign change sides
+MOST_TRIALS = 60  # active sets of a group to try; about two are usual
+ALL_AT_ONCE = 12  # number of first trials in which all wrong points change; later one does
 
 
 @compiled(inner=True)
 def choose(
     lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int, solving: np.ndarray
 ) -> int:
-    """Points of a group that touch in the guess of any lane (law is modified).
+    """List in ``law.work.chosen`` the places of a group's points that are active in any lane.
 
     solving: (L,) bool, lanes that count.
-    Returns points whose places ``law.work.chosen`` holds, in order.
+    Returns the number of chosen points. Also fills their columns of W (law is modified).
     """
     n, n_fresh = 0, 0
     for a in range(law.groups[group], law.groups[group + 1]):
@@ -42,13 +42,13 @@ def choose(
 
 @compiled(inner=True)
 def solve_set(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
-    """Depths x that the forces of the chosen points undo on their lines (law.work.right, modified).
+    """Solve for the depths x that forces of the chosen points undo (law.work.right, modified).
 
-    n: chosen points, the first of ``law.work.chosen``.
+    n: number of chosen points.
 
-    A line of the surface says x = slope·d + start of the depth d that the other forces leave.
-    Gaussian elimination; in a lane whose guess lacks a chosen point, its row is that of the unit
-    matrix, and its force 0.
+    On its line a point has x = slope·d + start, where d is the depth that the other forces leave.
+    Gaussian elimination. Where a chosen point is not active in a lane, its row is a row of the unit
+    matrix, and its x is 0.
     """
     n_rows = state.penetration.shape[0]
     for r in range(n):
@@ -87,13 +87,13 @@ def find_wrong(
     lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int, n: int,
     threshold: np.ndarray, limit: np.ndarray, trying: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Mark points that are not on the line guessed, by 1 and the right one (in law.work.wrong).
+    """Mark points off the guessed line in ``law.work.wrong``, by 1 + the code of the right line.
 
-    A point that others push in needs its column before its surface can tell its line.
+    A point that other forces push in needs its column of W, without which `check` has no gains.
 
-    n: chosen points, the first of ``law.work.chosen``.
-    trying: (L,) bool, lanes whose set is not found yet; the others have no wrong points.
-    Returns (L,); zero in the lanes that have none.
+    n: number of chosen points.
+    trying: (L,) bool, lanes without a solution so far; the others have no wrong points.
+    Returns (L,); zero in lanes without wrong points.
     """
     n_rows, zero = state.penetration.shape[0], v.splat(lanes, 0.0)
     start, count, own = law.groups[group], zero, 0
@@ -123,10 +123,10 @@ def find_wrong(
 def change_sides(
     lanes: tuple, state: State, law: SolidArrays, start: int, end: int, all_at_once: bool
 ) -> None:
-    """Let points that are not on their line take that which they are on (law.touching, modified).
+    """Move wrong points to their right line (law.touching, modified).
 
     start, end: places in `State.active` of the first point of the group and after the last.
-    all_at_once: whether all change, or only the last.
+    all_at_once: whether all wrong points change, or only the last.
     """
     free = v.splat(lanes, 1.0)
     for back in range(end - start):
@@ -134,8 +134,8 @@ def change_sides(
         i = state.active[a]
         wrong = v.load(lanes, law.work.wrong, a - start)
         if not all_at_once:
-            found = wrong > 0.0
-            wrong, free = v.select(free > 0.0, wrong, 0.0), v.select(found, 0.0, free)
+            is_wrong = wrong > 0.0
+            wrong, free = v.select(free > 0.0, wrong, 0.0), v.select(is_wrong, 0.0, free)
         code = v.load(lanes, law.touching, i)
         v.store(law.touching, i, v.select(wrong > 0.0, wrong - 1.0, code))
 
@@ -147,12 +147,12 @@ def solve_group(
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Multipliers of one group (state.multiplier, law are modified).
 
-    state: on entry ``depth`` holds what the other groups leave of the penetrations [m].
+    state: on entry ``depth`` holds the penetrations that forces on other groups leave [m].
     solving: (L,) bool, lanes to solve; the others keep their multipliers.
-    Returns tried (L,), sets that were tried; unfinished (L,), 1 for lanes in which none was right,
-    else 0.
+    Returns tried (L,), number of active sets tried; unfinished (L,), 1 for lanes without a
+    solution, else 0.
 
-    On return ``law.work.wrong`` holds the multipliers that the points had before the call.
+    On return ``law.work.wrong`` holds the multipliers from before the call.
     """
     zero = v.splat(lanes, 0.0)
     start, end = law.groups[group], law.groups[group + 1]

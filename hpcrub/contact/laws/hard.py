@@ -19,18 +19,18 @@ def nothing(*args: Any) -> None:
 
 @compiled(inline=True, inner=True)
 def unchanged(*args: Any) -> Any:
-    """The last argument: what a coating would change."""
+    """Return the last argument, which a coating would change."""
     return args[-1]
 
 
 class NoArrays(NamedTuple):
-    """A surface that keeps nothing."""
+    """The arrays of a surface without state: none."""
 
 
 class Hard(NoArrays):
-    """A rigid casing: N ≥ 0, p ≤ 0, N p = 0. A point carries a force (1) or none (0).
+    """A rigid casing: N ≥ 0, p ≤ 0, N p = 0. The code of a point is 1 with a force, else 0.
 
-    All methods do what those of `surfaces.Coated` do.
+    `surfaces.Coated` describes the methods.
     """
 
     tick = meet = near = total = staticmethod(unchanged)
@@ -39,22 +39,22 @@ class Hard(NoArrays):
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
-        """No arrays."""
+        """Names of arrays: none."""
         return ()
 
     def fill(self, lane: int, scene: Scene, h: float, compliance: np.ndarray) -> None:
         """Nothing depends on the lane."""
 
     def memory(self, lane: int) -> None:
-        """Nothing."""
+        """No memory."""
 
     def remember(self, lane: int, memory: None) -> None:
-        """Nothing."""
+        """Nothing to restore."""
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
-        """Contact forces of a planar disk (state is modified); see `surfaces.Coated`."""
+        """Contact forces of a planar disk (state is modified)."""
         n_active = gauss_seidel.candidates(lanes, law, state, deepest)
         gauss_seidel.solve(lanes, law, state, deepest, n_active)
         return n_active
@@ -62,7 +62,7 @@ class Hard(NoArrays):
     @staticmethod
     @compiled(inline=True, inner=True)
     def follow(lanes: tuple, surface: "Hard", j: int, d: np.ndarray) -> tuple:
-        """All of d, and the code of a force."""
+        """Depth d where it is positive, and the code of a force."""
         return larger(d, 0.0), splat(lanes, 1.0)
 
     @staticmethod
@@ -70,7 +70,7 @@ class Hard(NoArrays):
     def line(
         lanes: tuple, surface: "Hard", j: int, code: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """All of d, or nothing."""
+        """Slope and start: x = d with a force, else x = 0."""
         return larger(code, 0.0), splat(lanes, 0.0)
 
     @staticmethod
@@ -79,5 +79,5 @@ class Hard(NoArrays):
         lanes: tuple, surface: "Hard", j: int, p: np.ndarray, x: np.ndarray, code: np.ndarray,
         limit: np.ndarray, trying: np.ndarray,
     ) -> np.ndarray:  # fmt: skip
-        """Wrong is a force that pulls, or none at a point that penetrates."""
+        """1 for a force that pulls, 2 for a point that penetrates without force, else 0."""
         return select(code > 0.0, select(x < 0.0, 1.0, 0.0), select(limit < p, 2.0, 0.0))

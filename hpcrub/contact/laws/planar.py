@@ -1,9 +1,9 @@
 """The contact law of planar disks, with friction that always slides the same way.
 
-Before a rigid casing λ ≥ 0, w = p − Wλ ≤ 0, λ·w = 0 at all contact points at once, with the
-Delassus operator W = R·gain·(R + μT)ᵀ, R the normal and T the tangential displacement of the points
-per unit modal coordinate (Joachim, Nyssen, Batailly 2020, section 2.2.2). What the points meet is
-one of `surfaces`.
+Before a rigid casing λ ≥ 0, w = p − Wλ ≤ 0, λ·w = 0 hold at all contact points, with the Delassus
+operator W = R·gain·(R + μT)ᵀ and the normal and tangential displacements R and T of the points per
+unit modal coordinate (Joachim, Nyssen, Batailly 2020, section 2.2.2). The points meet one of the
+`surfaces`.
 """
 
 from typing import NamedTuple
@@ -27,7 +27,7 @@ class PlanarArrays(NamedTuple):
 
     coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
-    bound: np.ndarray  # how far in others push a point, over the deepest penetration (1, L) [-]
+    bound: np.ndarray  # see `tables.row_bound` (1, L) [-]
     surface: Surface
 
 
@@ -42,12 +42,12 @@ class Planar(SurfaceLaw, PlanarArrays):
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
-        """Arrays whose last axis are the lanes."""
+        """Names of arrays whose last axis is the lanes."""
         return Planar._fields
 
     @classmethod
     def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Planar":
-        """State of idle lanes; see `protocols.Law`."""
+        """Make the arrays for idle lanes; see `protocols.Law`."""
         n_points = columns(modes.normal).shape[1]
         return cls(
             **lane_arrays(width, coupling=(n_points + 1) ** 2, stiffness=n_points, bound=1),
@@ -56,7 +56,7 @@ class Planar(SurfaceLaw, PlanarArrays):
 
     @classmethod
     def loads(cls, modes: Modes, scene: Scene) -> np.ndarray:
-        """Modal forces of unit multipliers (K, C), normal force and friction in one."""
+        """Modal forces of unit multipliers (K, C), normal force and friction together."""
         normal, tangential, _ = modes.forces
         return -(columns(normal) + scene.friction * columns(tangential))
 
@@ -67,7 +67,7 @@ class Planar(SurfaceLaw, PlanarArrays):
         W = by_normal + scene.friction * delassus(modes.normal.T, tangential.T, gain)
         self.surface.fill(lane, scene, bank.scheme.step[lane], by_normal)
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W)
-        if flaw not in (NONE, UNPROVEN):  # no forces, and no result once a point touches
+        if flaw not in (NONE, UNPROVEN):  # the lane gets no forces, and fails once a point touches
             return
         coupling = W / np.diag(W)
         np.fill_diagonal(coupling, 0.0)
@@ -81,10 +81,10 @@ class Planar(SurfaceLaw, PlanarArrays):
     def forces_on_points(
         self, multiplier: np.ndarray, scene: Scene
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Normal, tangential and axial forces of multipliers (R, F, L) on the points [N]."""
+        """Normal, tangential and axial forces on the points [N] by multipliers (R, F, L)."""
         normal = multiplier[:, : len(scene.interface.angle)]
         return normal, scene.friction * normal, normal[:, :0]
 
     def steps_touched(self, lane: int) -> np.ndarray:
-        """Nothing (0,): contacts are not counted."""
+        """Empty array (0,): this law does not count contacts."""
         return np.zeros(0)

@@ -1,8 +1,8 @@
 """The contact law of disks that move in three dimensions.
 
 Friction turns with the slip velocity (`friction`), the points of a blade are stiffly coupled
-(`blades`, `groups`), and there are many modes and points (`passes.predict`). What they meet
-is one of `surfaces`.
+(`blades`, `groups`), and there are many modes and points (`passes.predict`). The points meet one of
+the `surfaces`.
 """
 
 import numpy as np
@@ -20,14 +20,14 @@ from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import by_columns, columns, delassus, spread
 from hpcrub.model.reduction import Modes
 
-GROUP = 48  # contact points of neighbouring blades whose forces are found at once
+GROUP = 48  # largest number of contact points in a group of neighbouring blades
 
 
 @compiled(inner=True)
 def count_contacts(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> None:
     """Count this step for the blades that carry a force (law.touched, modified).
 
-    n_active: entries of `State.active` that count, blade by blade.
+    n_active: entries of `State.active` that count, ordered by blade.
     """
     force = v.splat(lanes, 0.0)
     for a in range(n_active):
@@ -41,9 +41,9 @@ def count_contacts(lanes: tuple, state: State, law: SolidArrays, n_active: int) 
 
 @compiled(inner=True)
 def turned_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> int:
-    """Normal, circumferential and axial forces of the multipliers (state, law are modified).
+    """Turn depths x into normal, tangential and axial forces (state, law are modified).
 
-    Returns rows of ``state.multiplier`` that count, without those of no force in any lane.
+    Returns the number of rows of ``state.multiplier`` with a force in any lane.
     """
     n_points = state.penetration.shape[0] - 1
     n = 0
@@ -87,7 +87,7 @@ class Solid(SurfaceLaw, SolidArrays):
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
-        """Arrays whose last axis are the lanes."""
+        """Names of arrays whose last axis is the lanes."""
         return (
             "coupling", "stiffness", "across", "compliance", "cosine", "sine",
             "touching", "deepest", "work", "touched", "surface",
@@ -95,7 +95,7 @@ class Solid(SurfaceLaw, SolidArrays):
 
     @classmethod
     def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Solid":
-        """State of idle lanes; see `protocols.Law`."""
+        """Make the arrays for idle lanes; see `protocols.Law`."""
         interface, axial = scene.interface, columns(modes.axial)
         n_points = axial.shape[1]
         starts = group_starts(interface.points_per_blade)
@@ -123,16 +123,16 @@ class Solid(SurfaceLaw, SolidArrays):
 
     @classmethod
     def loads(cls, modes: Modes, scene: Scene) -> np.ndarray:
-        """Modal forces of unit multipliers (K, 3C): normal, along the casing, axial."""
+        """Modal forces of unit multipliers (K, 3C): normal, tangential, axial."""
         return -np.hstack([columns(rows) for rows in modes.forces])
 
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
-        """Give a lane its compliances, and say if its forces are unique (bank is modified)."""
+        """Give a lane its compliances, and report a flaw of the operator (bank is modified)."""
         gain, friction = bank.scheme.gain[:, lane], scene.friction
         W = np.stack([delassus(modes.normal.T, by.T, gain) for by in modes.forces])
         self.surface.fill(lane, scene, bank.scheme.step[lane], W[0])
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W[0] + friction * W[1])
-        if flaw not in (NONE, UNPROVEN):  # no forces, and no result once a point touches
+        if flaw not in (NONE, UNPROVEN):  # the lane gets no forces, and fails once a point touches
             return
         table = self.compliance.reshape(-1, 3, self.compliance.shape[1])
         spread(np.moveaxis(table, 1, 0), lane, np.swapaxes(W, 1, 2))
@@ -142,18 +142,18 @@ class Solid(SurfaceLaw, SolidArrays):
     def forces_on_points(
         self, multiplier: np.ndarray, scene: Scene
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Normal, tangential and axial forces of multipliers (R, F, L) on the points [N]."""
+        """Normal, tangential and axial forces on the points [N] by multipliers (R, F, L)."""
         n_points, n_padded = len(scene.interface.angle), len(self.stiffness)
         normal, tangential, axial = (multiplier[:, k * n_padded :][:, :n_points] for k in range(3))
         return normal, tangential, axial
 
     def steps_touched(self, lane: int) -> np.ndarray:
-        """Steps in which every blade carried a force since its lane was filled (N,)."""
+        """Number of steps in which each blade carried a force since its lane was filled (N,)."""
         return self.touched[:, lane].copy()
 
 
 def group_starts(points_per_blade: np.ndarray) -> np.ndarray:
-    """Starts (G + 1,) of groups of neighbouring blades, as few as hold at most GROUP points."""
+    """Starts (G + 1,) of as few groups of neighbouring blades as keep within GROUP points."""
     starts, ends = [0], np.cumsum(points_per_blade)
     for begin, end in zip(ends[:-1], ends[1:], strict=True):
         if end - starts[-1] > GROUP:

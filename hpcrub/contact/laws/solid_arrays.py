@@ -9,23 +9,23 @@ from hpcrub.contact.protocols import Surface
 
 
 class Work(NamedTuple):
-    """Space that the solver of a group of at most P points works in; empty between steps."""
+    """Work space for the solver of a group of at most P points; no step reads it from another."""
 
-    fresh: np.ndarray  # points whose column of W `friction.turn` makes (C + TILE,) int
-    slipping: np.ndarray  # of these, a tile at a time (TILE,) int
+    fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + TILE,) int
+    slipping: np.ndarray  # a tile of these points (TILE,) int
     chosen: np.ndarray  # places of the points that carry a force (P,) int
-    factor: np.ndarray  # matrix of their equations (P·P, L)
-    right: np.ndarray  # right sides, then the solution (P, L)
-    wrong: np.ndarray  # codes of the points that are not on their line (P, L)
+    factor: np.ndarray  # matrix of the equations of the chosen points (P·P, L)
+    right: np.ndarray  # right sides of the equations, then the solution (P, L)
+    wrong: np.ndarray  # 1 + right code of each point that is not on its line, else 0 (P, L)
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
-        """Arrays whose last axis are the lanes."""
+        """Names of arrays whose last axis is the lanes."""
         return "factor", "right", "wrong"
 
     @classmethod
     def allocate(cls, n_points: int, most: int, width: int) -> "Work":
-        """For C points (padded) in groups of at most so many."""
+        """Work space for n_points (padded) in groups of at most ``most`` points."""
         return cls(
             fresh=np.zeros(n_points + TILE, dtype=np.int64),
             slipping=np.zeros(TILE, dtype=np.int64),
@@ -35,27 +35,27 @@ class Work(NamedTuple):
 
 
 class SolidArrays(NamedTuple):
-    """N blades in G groups of at most P points, C points (padded), L lanes."""
+    """Arrays for N blades in G groups of at most P points, C points (padded), L lanes."""
 
     coupling: np.ndarray  # W_ab/W_bb of listed points a and b ((C + 1)², L), row b·(C + 1) + a
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
     across: np.ndarray  # largest motion of a point by a unit force on another blade (1, L) [m/N]
     points: np.ndarray  # contact points, blade by blade (n,) int
-    blade: np.ndarray  # of every contact point (n,) int
-    starts: np.ndarray  # place in ``points`` of the first one of every group of blades (G + 1,) int
-    way: np.ndarray  # of a point along the casing in a step, R 2π/n (C,) [m]
-    friction: float
+    blade: np.ndarray  # blade of every contact point (n,) int
+    starts: np.ndarray  # place in ``points`` of the first point of every group (G + 1,) int
+    way: np.ndarray  # way of a point along the casing in a step by rotation, R 2π/n (C,) [m]
+    friction: float  # coefficient of friction [-]
     tangential: np.ndarray  # T (K, C) [1/√kg]
     axial: np.ndarray  # A (K, C) [1/√kg]
     compliance: np.ndarray  # (3·C·C, L) normal motion of i by force b on j, row 3(j·C + i) + b
     cosine: np.ndarray  # cos β (C, L) (modified)
     sine: np.ndarray  # sin β (C, L) (modified)
-    # (C, L): line of the surface (1 of a hard one) where a point carried a force in its lane's last
-    # contact, -1 where others kept it from the casing, else 0 (modified)
+    # (C, L): code of the surface's line (1 on a rigid casing) where a point carried a force in the
+    # last contact of its lane, -1 where other points held it out of the casing, else 0 (modified)
     touching: np.ndarray
     groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
-    turned: np.ndarray  # whether a listed point has its column of W (C,) bool (modified)
-    deepest: np.ndarray  # penetration of every blade (N, L) [m] (modified)
+    turned: np.ndarray  # whether the column of W is filled for a listed point (C,) bool (modified)
+    deepest: np.ndarray  # deepest penetration of every blade (N, L) [m] (modified)
     work: Work  # (modified)
-    touched: np.ndarray  # steps in which a blade carried a force (N, L) (modified)
+    touched: np.ndarray  # number of steps in which a blade carried a force (N, L) (modified)
     surface: Surface

@@ -1,4 +1,4 @@
-"""What the laws of planar disks and of disks in three dimensions share: the surface they are of."""
+"""Base class of the laws of planar disks and of disks in three dimensions, with a surface."""
 
 from typing import Any
 
@@ -18,14 +18,14 @@ class SurfaceLaw:
     @staticmethod
     @compiled(inline=True, inner=True)
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-        """Corrector, predictor and penetrations; see `protocols.Law`."""
+        """Corrector, predictor and penetrations, then the surface's `tick`."""
         deepest = predict(lanes, bank, step, n_active)
         return bank.law.surface.tick(lanes, bank.law.surface, deepest)
 
     def memory(self, lane: int) -> Any:
-        """What the surface keeps; see `protocols.Law`."""
+        """Memory of the surface; see `protocols.Law`."""
         return self.surface.memory(lane)
 
     def remember(self, lane: int, memory: Any) -> None:
-        """Go on before a surface that has been met (modified)."""
+        """Restore the memory of the surface (modified)."""
         self.surface.remember(lane, memory)

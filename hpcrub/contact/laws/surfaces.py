@@ -1,28 +1,28 @@
-"""What a contact point meets: a hard casing, or a coating that wears and a casing that gives.
+"""Surfaces before contact points: a coating that wears, and a casing behind it that gives.
 
-A surface pushes with N(p) against a point that is p inside it, a function that never falls. The
-force of a step is a N_{n+1} + b N_n + c N_{n−1}, of the penetrations at its end and at those of the
-two before (`recurrence.newmark`). Let d be the penetration that all other forces and the earlier
-own ones leave, and x = a W N_{n+1} the depth that the latest undoes, W the compliance of the point
-in a step, so that p = d − x. A line N = K p + B is then
+A surface pushes with a force N(p) against a point that penetrates it by p; N never falls with p.
+The force of a step is a N_{n+1} + b N_n + c N_{n−1}, from the penetrations at the end of this step
+and of the two before (`recurrence.newmark`). Let d be the penetration that all other forces and
+the earlier forces on the point leave, W the compliance of the point in a step, and x = a W N_{n+1}
+the depth that the latest force undoes, so that p = d − x. A line N = K p + B then becomes
 
     x = γ (K d + B),   γ = a W/(1 + a W K),
 
-and the least or largest of several lines is that of their x, in the same order. A coating is a row
-of bars around the casing, one for every time step of a turn; where points stand at different axial
-places, a row for each (a strip). A bar of thickness t and worn depth w pushes with
+and the line with the least or largest N also has the least or largest x. A coating is a row of bars
+around the casing, one for every time step of a turn, and one such row (a strip) for every axial
+position of contact points. A bar of thickness t and worn depth w pushes with
 
     N = max(0, min(k₁ (p − w), k₂ p + c₀)),   k₁ = E A/t,  k₂ = k₁ H/(E + H),  c₀ = A E σ_Y/(E + H)
 
-against a point that is p inside the new coating, after which its worn depth is
+against a point that is p inside the new coating; then its worn depth becomes
 
     w ← max(w, E/(E + H) (p − σ_Y t/E)).
 
 The second line does not depend on w. At p = t the bar is used up: it strains no further and keeps
-its force. Behind it stands the casing, which adds its own: rigid, or with a spring and a damper,
-k (p − t) + d ṗ ≥ 0, ṗ the difference to the step before over the step. A casing that gives without
-coating is one whose coating has no thickness. Neither bars nor casing move by
-themselves, so that no stiffness makes a step unstable; a rigid casing acts in its own step only.
+its force. The casing behind the bar adds its own force: it is rigid, or has a spring and a damper,
+k (p − t) + d ṗ ≥ 0, with ṗ the change of p in the step over the step. A casing that gives without
+a coating has a coating of no thickness. Bars and casing have no motion of their own, so that no
+stiffness makes a step unstable; a rigid casing acts in its own step only.
 Legrand, Batailly, Magnain, Cartraud, Pierre (2012); Batailly, Agrapart, Millecamps, Brunel (2016).
 """
 
@@ -39,55 +39,55 @@ from hpcrub.contact.protocols import Grid, Scene, Surface
 from hpcrub.contact.recurrence import newmark
 
 BEFORE, BEYOND, START = range(3)  # rows of `Coated.bars`: k₁, k₂ and c₀
-LINES = 4  # of the bar before and beyond yield, of the casing behind it, and of a bar used up
-WEIGHTS = 3  # a, b and c of a point
+LINES = 4  # lines of a point: bar before yield, beyond yield, casing behind, bar used up
+WEIGHTS = 3  # number of weights of a point: a, b and c
 LATEST, EARLIER = range(2)  # steps whose forces a point remembers
-LEAST = 0.25  # a of a point that is soft
+LEAST = 0.25  # smallest weight a, on a soft surface
 
 
 class CoatedArrays(NamedTuple):
-    """Z strips of S bars before C contact points (padded), and the casing behind, in L lanes."""
+    """Z strips of S bars before C contact points (padded), with the casing behind, in L lanes."""
 
-    gain: np.ndarray  # γ (4·C, L) [m/N], of a rigid casing behind 1 (modified)
+    gain: np.ndarray  # γ (4·C, L) [m/N]; 1 for a rigid casing behind (modified)
     lag: np.ndarray  # d/h of the casing (1, L) [N/m]
     worn: np.ndarray  # worn depth of every bar, strip by strip (Z·S, L) [m] (modified)
-    reached: np.ndarray  # place in the new coating at the end of a step (C, L) [m] (modified)
+    reached: np.ndarray  # penetration of the new coating after a step (C, L) [m] (modified)
     last: np.ndarray  # penetration of the casing in the step before (C, L) [m] (modified)
     weights: np.ndarray  # a, b and c (3·C, L) [-]
     remembered: np.ndarray  # N of the last two steps (2·C, L) [N] (modified)
-    earlier: np.ndarray  # part of the coming force that is theirs (C, L) [N] (modified)
+    earlier: np.ndarray  # b N_n + c N_{n−1} in the coming force (C, L) [N] (modified)
     filled: np.ndarray  # clock at which a lane was filled (1, L) [steps] (modified)
-    # steps taken, the last in which a point was near, and that with a force (3,) int (modified)
+    # number of steps taken; last step with a point near; last step with a force (3,) int (modified)
     clock: np.ndarray
-    strip: np.ndarray  # of every point (C,) int
+    strip: np.ndarray  # strip before every point (C,) int
     offset: np.ndarray  # angle of every point, in bars (C,) int
     bar: np.ndarray  # row of ``worn`` under every point (C,) int (modified)
     bars: np.ndarray  # k₁, k₂ and c₀ of every point (3, C) [N/m, N/m, N]
-    n_steps: int  # S
+    n_steps: int  # S, time steps of a turn; 1 without a coating
     kept: float  # E/(E + H) [-]
     depth_at_yield: float  # [m]
     thickness: float  # [m]
-    stiffness: float  # k of the casing [N/m]; 1 of a rigid one
-    carried: float  # 1; 0 of a rigid casing, whose force the coating adds nothing to
+    stiffness: float  # k of the casing [N/m]; 1 for a rigid casing
+    carried: float  # 1; 0 for a rigid casing, whose force replaces that of the bar
 
 
 @compiled(inline=True, inner=True)
 def relief(lanes: tuple, surface: CoatedArrays, j: int, stiffness: np.ndarray) -> np.ndarray:
-    """Depth (L,) [m] that the earlier forces of a point undo; stiffness: 1/W_jj (C, L) [N/m]."""
+    """Depth (L,) [m] that earlier forces on a point undo; stiffness: 1/W_jj (C, L) [N/m]."""
     earlier = v.load(lanes, surface.earlier, j)
     return v.select(earlier > 0.0, earlier * v.inverse(v.load(lanes, stiffness, j)), 0.0)
 
 
 @compiled(inline=True, inner=True)
 def held(lanes: tuple, surface: CoatedArrays, j: int, worn: np.ndarray) -> np.ndarray:
-    """Force (L,) [N] of a bar that is used up; worn: its depth (L,) [m]."""
+    """Force (L,) [N] of a bar that is used up; worn: worn depth of the bar (L,) [m]."""
     before = surface.bars[BEFORE, j] * (surface.thickness - worn)
     beyond = surface.bars[BEYOND, j] * surface.thickness + surface.bars[START, j]
     return v.select(beyond < before, beyond, before)
 
 
 def find_gains(lanes: tuple, surface: CoatedArrays, j: int, compliance: np.ndarray) -> None:
-    """Gains γ of the lines of a point from its compliance W (L,) [m/N] (surface is modified)."""
+    """Set the gains γ of a point's lines from its compliance W (L,) [m/N] (surface, modified)."""
     compliance = compliance * v.load(lanes, surface.weights, WEIGHTS * j)
     for row, slope in ((0, surface.bars[BEFORE, j]), (1, surface.bars[BEYOND, j])):
         gain = compliance * v.inverse(v.fma(compliance, slope, 1.0))
@@ -100,11 +100,11 @@ def find_gains(lanes: tuple, surface: CoatedArrays, j: int, compliance: np.ndarr
 
 
 class Coated(CoatedArrays):
-    """A worn coating and the casing behind.
+    """A coating that wears, and the casing behind it.
 
-    State.penetration is that of the worn surface from `meet` on. The code of a line is 1 or 2
-    before or beyond yield, 3 on the casing behind, 4 where that pulls off a bar that is used up, 0
-    without force.
+    From `meet` on `State.penetration` counts from the worn surface. The code of a line is 1 before
+    and 2 beyond yield, 3 on the casing behind, 4 on a bar that is used up while the casing would
+    pull, and 0 without force.
     """
 
     press = staticmethod(press)
@@ -112,14 +112,14 @@ class Coated(CoatedArrays):
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
-        """Arrays whose last axis are the lanes."""
+        """Names of arrays whose last axis is the lanes."""
         return (
             "gain", "lag", "worn", "reached", "last", "weights", "remembered", "earlier", "filled",
         )  # fmt: skip
 
     @classmethod
     def allocate(cls, scene: Scene, grid: Grid, n_points: int, width: int) -> "Coated":
-        """Surface of idle lanes; n_points: padded."""
+        """Make the surface for idle lanes; n_points: number of points, padded."""
         coating, casing, interface = scene.coating, scene.elastic_casing, scene.interface
         bars, n_steps, n = np.zeros((3, n_points)), 1, len(interface.angle)
         strip, offset = np.zeros((2, n_points), dtype=np.int64)
@@ -152,7 +152,7 @@ class Coated(CoatedArrays):
     def fill(self, lane: int, scene: Scene, h: float, compliance: np.ndarray) -> None:
         """Give a lane a new coating (surface is modified).
 
-        h: its step [s]; compliance: motion of a point by a unit force on another (n, n) [m/N].
+        h: time step [s]; compliance: motion of each point by a unit force on each (n, n) [m/N].
         """
         self.filled[0, lane] = self.clock[0] % self.n_steps
         self.lag[0, lane] = lag = scene.elastic_casing.damping / h if scene.elastic_casing else 0.0
@@ -167,10 +167,10 @@ class Coated(CoatedArrays):
         return np.roll(worn, -int(self.filled[0, lane]), axis=1)
 
     def memory(self, lane: int) -> tuple[np.ndarray, ...]:
-        """What a run goes on from.
+        """State of a lane from which a later run goes on.
 
-        Returns worn depths from where the disk stands (Z, S) and `reached` in the last step (C,)
-        [m], and `remembered` (2·C,) [N].
+        Returns worn depths from the present angle of the disk on (Z, S) [m], `reached` in the last
+        step (C,) [m] and `remembered` (2·C,) [N].
         """
         worn = self.worn[:, lane].reshape(-1, self.n_steps)
         touched = self.clock[1] == self.clock[0]
@@ -179,10 +179,10 @@ class Coated(CoatedArrays):
         return worn, reached, self.remembered[:, lane].copy()
 
     def remember(self, lane: int, memory: tuple[np.ndarray, ...]) -> None:
-        """Give a lane that has just been filled a `memory` of as many steps a turn (modified)."""
+        """Restore a `memory`, with as many steps in a turn, in a lane just filled (modified)."""
         worn, reached, self.remembered[:, lane] = memory
         self.clock[2] = self.clock[0]
-        if self.clock[1] != self.clock[0]:  # nobody touched in the last step
+        if self.clock[1] != self.clock[0]:  # no point was near in the last step
             self.reached[:] = 0.0
             self.clock[1] = self.clock[0]
         self.worn[:, lane] = np.roll(worn, self.clock[0] % self.n_steps, axis=1).ravel()
@@ -191,9 +191,9 @@ class Coated(CoatedArrays):
     @staticmethod
     @compiled(inline=True, inner=True)
     def tick(lanes: tuple, surface: "Coated", deepest: np.ndarray) -> np.ndarray:
-        """A step begins (surface is modified).
+        """Advance the clock by a step (surface is modified).
 
-        Returns the deepest penetration (L,) [m]; something positive while earlier forces go on.
+        Returns the deepest penetration (L,) [m], made positive while earlier forces go on.
         """
         surface.clock[0] += 1
         goes_on = surface.clock[0] - surface.clock[2] <= 2
@@ -204,10 +204,10 @@ class Coated(CoatedArrays):
     def meet(
         lanes: tuple, surface: "Coated", state: State, stiffness: np.ndarray, deepest: np.ndarray
     ) -> np.ndarray:
-        """Find the bars, penetrations of what is left of them, and which forces go on.
+        """Find the bars under the points, penetrations of the worn bars, and forces that go on.
 
         stiffness: 1/W_jj (C, L) [N/m]. Modifies surface and state.
-        Returns (L,); the deepest penetration, or depth that earlier forces undo [m].
+        Returns the deepest penetration, or the depth that earlier forces undo (L,) [m].
         """
         follows, now = surface.clock[1] == surface.clock[0] - 1, surface.clock[0] % surface.n_steps
         surface.clock[1] = surface.clock[0]
@@ -238,7 +238,7 @@ class Coated(CoatedArrays):
     def near(
         lanes: tuple, surface: "Coated", j: int, stiffness: np.ndarray, depth: np.ndarray
     ) -> np.ndarray:
-        """Penetration (L,) [m] of a point, or the depth that its earlier forces undo."""
+        """Larger of the penetration of a point and the depth that earlier forces undo (L,) [m]."""
         return v.larger(depth, relief(lanes, surface, j, stiffness))
 
     @staticmethod
@@ -246,10 +246,10 @@ class Coated(CoatedArrays):
     def relieve(
         lanes: tuple, surface: "Coated", state: State, law: Any, start: int, end: int, n: int
     ) -> None:
-        """Take from the depths of listed points what earlier forces undo (state is modified).
+        """Reduce the depths of listed points by the effect of earlier forces (state is modified).
 
         start, end: places in ``state.active`` of the first point and after the last.
-        n: places of all points with a force.
+        n: number of all listed points, whose earlier forces act.
         """
         n_rows = state.penetration.shape[0]
         for b in range(n):
@@ -263,13 +263,13 @@ class Coated(CoatedArrays):
     @staticmethod
     @compiled(inline=True, inner=True)
     def total(lanes: tuple, surface: "Coated", j: int, force: np.ndarray) -> np.ndarray:
-        """Force (L,) [N] of a point with what goes on of earlier ones."""
+        """Force (L,) [N] on a point, including earlier forces that go on."""
         return force + v.load(lanes, surface.earlier, j)
 
     @staticmethod
     @compiled(inner=True)
     def keep(lanes: tuple, surface: "Coated", j: int, pushed: np.ndarray) -> None:
-        """Remember the force N of a point, ``pushed`` its part a N (surface is modified)."""
+        """Remember the force N on a point; pushed: a N (L,) [N] (surface is modified)."""
         share = v.larger(v.load(lanes, surface.weights, WEIGHTS * j), LEAST)
         new = pushed * v.inverse(share)
         if surface.carried == 0.0:  # a rigid casing pushes in its own step only
@@ -284,7 +284,7 @@ class Coated(CoatedArrays):
     def follow(
         lanes: tuple, surface: "Coated", j: int, d: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Depth x (L,) [m] that the force of point j undoes of d [m], and the code of its line."""
+        """Depth x (L,) that the force on point j undoes at the depth d [m], and its line's code."""
         worn = v.load(lanes, surface.worn, surface.bar[j])
         before = surface.bars[BEFORE, j] * d
         beyond = v.fma(surface.bars[BEYOND, j], d + worn, surface.bars[START, j])
@@ -311,7 +311,7 @@ class Coated(CoatedArrays):
     def line(
         lanes: tuple, surface: "Coated", j: int, code: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Slope (L,) [-] and start (L,) [m] of the line x = slope·d + start of a code."""
+        """Slope (L,) [-] and start (L,) [m] of the line x = slope·d + start with a code."""
         worn = v.load(lanes, surface.worn, surface.bar[j])
         before, beyond = surface.bars[BEFORE, j], surface.bars[BEYOND, j]
         first = v.fma(beyond, worn, surface.bars[START, j])
@@ -340,24 +340,24 @@ class Coated(CoatedArrays):
         lanes: tuple, surface: "Coated", j: int, p: np.ndarray, x: np.ndarray, code: np.ndarray,
         limit: np.ndarray, trying: np.ndarray,
     ) -> np.ndarray:  # fmt: skip
-        """1 and the right code where x (L,) [m] is not the depth that the force at p (L,) undoes.
+        """Check a depth x (L,) [m] against the line of a point at the penetration p (L,) [m].
 
-        code: (L,) that x was found with.
-        limit: (L,) tolerance [m].
+        code: (L,) code of the line that gave x; limit: (L,) tolerance [m].
         trying: (L,) bool, lanes that count (their ``reached`` is modified).
+        Returns 1 + the code of the right line where x is wrong, else 0.
         """
         worn = v.load(lanes, surface.worn, surface.bar[j])
         v.store(surface.reached, j, v.select(trying, p + worn, v.load(lanes, surface.reached, j)))
-        right, found = surface.follow(lanes, surface, j, p + x)
+        right, line_code = surface.follow(lanes, surface, j, p + x)
         off = right - x
-        return v.select(limit < v.larger(off, 0.0 - off), 1.0 + found, 0.0)
+        return v.select(limit < v.larger(off, 0.0 - off), 1.0 + line_code, 0.0)
 
     @staticmethod
     @compiled(inner=True)
     def wear(lanes: tuple, surface: "Coated", state: State, n_active: int) -> None:
-        """Worn depths under the first points of ``state.active`` after the step (modified)."""
+        """Wear the bars under the listed points at the end of the step (surface is modified)."""
         start, deepest = surface.kept * surface.depth_at_yield, surface.thickness
-        if surface.carried != 0.0:  # before a rigid casing nothing reaches further, but by rounding
+        if surface.carried != 0.0:  # on a rigid casing only rounding errors reach further
             deepest = surface.kept * surface.thickness - start
         for a in range(n_active):
             i = state.active[a]
@@ -369,14 +369,14 @@ class Coated(CoatedArrays):
     @staticmethod
     @compiled(inline=True, inner=True)
     def despair(state: State, law: Any, n_active: int) -> None:
-        """Say that the lanes marked in ``law.work.right`` have no solution (state is modified)."""
+        """Report lanes that ``law.work.right`` marks as without solution (state is modified)."""
         for lane in range(state.report.shape[1]):
             if law.work.right[0, lane] != 0.0:
                 state.report[UNSOLVED, lane] = 1.0
 
 
 def surface_of(scene: Scene, grid: Grid, n_points: int, width: int) -> Surface:
-    """Surface of idle lanes before n_points contact points (padded)."""
+    """Make the surface before n_points contact points (padded), for idle lanes."""
     if scene.coating or scene.elastic_casing:
         return Coated.allocate(scene, grid, n_points, width)
     return Hard()

@@ -1,8 +1,8 @@
 """Projected Gauss–Seidel for the contact forces: λ ≥ 0, p − Wλ ≤ 0, λ·(p − Wλ) = 0.
 
-Sweeps go in registers; what does not converge is solved by pivoting. A lane that has
-converged is frozen, sums run in the order of the contact points, and points that are active in
-another lane only add exact zeros: no lane sees another.
+Sweeps over a few points keep all unknowns in registers; lanes that do not converge are solved by
+pivoting. A lane that has converged is frozen, sums run in the order of the contact points, and
+points that are active only in other lanes add exact zeros: no lane depends on another.
 """
 
 import numpy as np
@@ -15,23 +15,23 @@ from hpcrub.contact.protocols import Coupled
 
 ROOM = 12
 FOUR, SIX, EIGHT, TWELVE = (0,) * 4, (0,) * 6, (0,) * 8, (0,) * ROOM
-MAX_SWEEPS = 200  # before pivoting; five or so are usual
-# What has once changed by so many tolerances has not converged, however it looks: numbers that
-# overflow end as NaN, which changes no more.
+MAX_SWEEPS = 200  # sweeps before pivoting; about five are usual
+# A lane that once changed by so many tolerances has not converged, even if its last change is
+# small: numbers that overflow end as NaN, which changes no more.
 RUNAWAY = 1e112
-TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
+TOLERANCE = 1e-12  # tolerance of the depths x, over the deepest penetration
 
 
 @compiled(inline=True, inner=True)
 def candidates(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray) -> int:
     """List the points that may carry a force in any lane (state.active, modified).
 
-    Returns points in the list.
+    Returns the number of points in the list.
 
-    Others can gain a point in by at most ``bound`` times the deepest penetration: with ρ < 1 the
-    largest row sum of |coupling|, every iterate of `solve` stays below 1/(1 − ρ) times it, so the
-    bound is ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out
-    changes no bit.
+    Other forces can push a point in by at most ``bound`` times the deepest penetration. Let ρ be
+    the largest row sum of |coupling|, below 1: every iterate of `solve` stays below 1/(1 − ρ) times
+    the deepest penetration, so that the bound is ρ/(1 − ρ). A point farther away stays free in any
+    case, and leaving it out changes no bit.
     """
     last = state.penetration.shape[0] - 1
     threshold = 0.0 - v.larger(deepest, 0.0) * v.load(lanes, law.bound, 0)
@@ -49,8 +49,8 @@ def candidates(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray) ->
 def unsettled(
     lanes: tuple, limit: np.ndarray, change: np.ndarray, largest: np.ndarray
 ) -> np.ndarray:
-    """Lanes (L,) that did not converge, by the change of the last sweep and the largest [m]."""
-    # the tolerance of a denormal penetration is 0
+    """Lanes (L,) that did not converge, by the change of the last sweep and the largest one [m]."""
+    # a denormal penetration has the tolerance 0
     far = v.larger(RUNAWAY * limit, RUNAWAY * TOLERANCE)
     return limit < v.select(far < largest, largest, change)
 
@@ -61,10 +61,9 @@ def solve_few(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Multipliers of a few active points, all in registers; see `solve`.
 
-    slots: as many zeros as there is room for points, no fewer than are active.
-    deepest: (L,) deepest penetration [m]; lanes without one stay as they are.
-    Returns unsettled (L,) bool, lanes that did not converge; sweeps (L,), sweeps that each lane
-    took.
+    slots: zeros, one per place for a point, at least as many as there are active points.
+    deepest: (L,) deepest penetration [m]; lanes that do not penetrate stay as they are.
+    Returns unsettled (L,) bool, lanes that did not converge; sweeps (L,), number of sweeps.
     """
     sweeps, change, largest = v.splat(lanes, 0.0), deepest, v.splat(lanes, 0.0)
     rows = v.indices(slots, state.active, 0)
@@ -88,7 +87,7 @@ def relax(
     """One sweep over the active points (state is modified).
 
     changing: (L,) bool, lanes to relax; the others stay as they are.
-    Returns (L,); largest change of any x [m].
+    Returns the largest change of any x (L,) [m].
     """
     n_rows, change = state.penetration.shape[0], v.splat(lanes, 0.0)
     for a in range(n_active):
@@ -114,12 +113,12 @@ def relax(
 def solve_many(
     lanes: tuple, law: Coupled, state: State, n_active: int, limit: np.ndarray, changing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Depths x of any number of active points; of a rigid casing bit for bit as `solve_few`.
+    """Depths x of any number of active points; on a rigid casing with the bits of `solve_few`.
 
-    The surface says which depth the force of a point undoes, of that which the others leave. On
-    return ``state.depth`` holds these.
+    The surface gives the depth x that the force on a point undoes, from the depth that the other
+    forces leave, which ``state.depth`` holds on return.
 
-    Parameters and returns as of `solve_few`.
+    changing: (L,) bool, lanes to solve. Returns as `solve_few`.
     """
     zero = v.splat(lanes, 0.0)
     sweeps, change, largest = zero, zero, zero
@@ -138,9 +137,9 @@ def solve_many(
 
 @compiled
 def solve_stuck(law: Coupled, state: State, n_active: int) -> None:
-    """Multipliers of the lanes in ``state.report`` by pivoting, lane by lane (state is modified).
+    """Solve the lanes that ``state.report`` marks as stuck, by pivoting (state is modified).
 
-    Only points within the lane's own bound take part: others' would change its rounding.
+    Only points within the lane's own bound take part: points of other lanes would change rounding.
     """
     n_rows = state.penetration.shape[0]
     for lane in range(state.report.shape[1]):
@@ -173,9 +172,9 @@ def solve_stuck(law: Coupled, state: State, n_active: int) -> None:
 def solve(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray, n_active: int) -> None:
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
-    Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged is
-    frozen, so that its result does not depend on how long the others take; one that has not after
-    MAX_SWEEPS is solved by pivoting.
+    The unknowns are x_j = λ_j W_jj, the depths that each contact alone would undo. A lane that has
+    converged is frozen, so that its result does not depend on the number of sweeps of other lanes;
+    a lane that has not converged after MAX_SWEEPS is solved by pivoting.
     """
     limit = v.larger(deepest, 0.0) * TOLERANCE
     if n_active <= len(FOUR):

@@ -1,9 +1,9 @@
 """The linear complementarity problem of the contact forces: λ ≥ 0, w = Wλ − p ≥ 0, λ·w = 0.
 
 It has exactly one solution for every p if and only if W is a P-matrix: all its principal minors
-are positive. Without friction W is positive definite. Friction on a leaned blade takes from the
-diagonal: once W_jj ≤ 0, a force on blade j no longer pushes it out (jamming), and before
-that other minors may have changed sign.
+are positive. Without friction W is positive definite. Friction on a leaned blade reduces the
+diagonal: once W_jj ≤ 0, a force on blade j no longer pushes it out (jamming), and before that
+other minors may have changed sign.
 Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), chapters 3 and 4.
 
 Lemke's method works on a ``tableau`` (n, 2n + 2), columns of w, x, the artificial variable and the
@@ -15,17 +15,17 @@ import numpy as np
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.status import JAMMING, NONE, NOT_FINITE, NOT_UNIQUE, UNPROVEN
 
-MOST_MINORS = 14  # points up to which all principal minors are looked at: 2^14 of them
-PIVOTS = 20  # allowed to `pivot` per row; one or two are usual
-SLACK = 1e-9  # violation accepted of a solution by pivoting, of the deepest penetration
+MOST_MINORS = 14  # points up to which all principal minors are tested: 2^14 minors
+PIVOTS = 20  # calls of `pivot` allowed per row; one or two are usual
+SLACK = 1e-9  # accepted violation of a solution by pivoting, over the deepest penetration
 
 
 def flaw(W: np.ndarray) -> int:
-    """What keeps the contact forces from being unique.
+    """Return why the contact forces may not be unique, as a code of ``status``.
 
     W: (n, n) Delassus operator [m/N].
-    Returns code of ``status``: NONE, JAMMING, NOT_UNIQUE, UNPROVEN when there are too many points
-    to decide, NOT_FINITE.
+    The code is NONE, JAMMING, NOT_UNIQUE, NOT_FINITE, or UNPROVEN when there are too many points
+    to decide.
     """
     if not np.isfinite(W).all():
         return NOT_FINITE
@@ -46,8 +46,8 @@ def flaw(W: np.ndarray) -> int:
 def is_p_matrix(W: np.ndarray) -> bool:
     """Whether all principal minors of a square matrix (n, n) are positive.
 
-    By the recursion of Tsatsomeros and Li (2000): W is a P-matrix if and only if W_00 > 0 and both
-    W without row and column 0, and its Schur complement with respect to W_00, are P-matrices.
+    This is the recursion of Tsatsomeros and Li (2000): W is a P-matrix if and only if W_00 > 0 and
+    both W without row and column 0, and the Schur complement of W_00, are P-matrices.
     """
     stack = np.asarray(W, dtype=float)[None]
     while stack.shape[-1] > 0:
@@ -62,7 +62,7 @@ def is_p_matrix(W: np.ndarray) -> bool:
 
 @compiled
 def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None:
-    """Bring a column into the basis in place of that of a row (tableau, basis modified).
+    """Bring a column into the basis in place of a row's present one (tableau, basis modified).
 
     row: row whose variable leaves the basis; column: column that enters the basis.
     """
@@ -79,19 +79,19 @@ def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None
 
 @compiled
 def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
-    """Row of the smallest ratio, the artificial variable first.
+    """Row of the smallest ratio; of equal ratios, the row of the artificial variable.
 
     column: column that enters the basis.
-    Returns row; −1 for an unbounded ray.
+    Returns −1 for an unbounded ray.
 
-    Equal ratios, as of equal penetrations, are compared as if the right-hand sides were different
-    by ever smaller amounts (lexicographically): else the method runs in circles.
+    Equal ratios, which equal penetrations give, are compared as if the right-hand sides differed
+    by ever smaller amounts (lexicographically); otherwise the method could run in circles.
     """
     n = len(basis)
     best, row, largest = np.inf, -1, 0.0
     for i in range(n):
         size = abs(tableau[i, column])
-        if size > largest or size != size:  # a number that is none stays
+        if size > largest or size != size:  # a NaN stays
             largest = size
     smallest = 1e-11 * largest
     for i in range(n):
@@ -104,7 +104,7 @@ def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
 
 @compiled
 def comes_first(tableau: np.ndarray, basis: np.ndarray, column: int, i: int, j: int) -> bool:
-    """Whether row i goes before row j of the same ratio; the rest as in `leaving_row`."""
+    """Whether row i goes before row j at equal ratios; other parameters as in `leaving_row`."""
     n = len(basis)
     if basis[i] == 2 * n or basis[j] == 2 * n:
         return basis[i] == 2 * n
@@ -117,9 +117,9 @@ def comes_first(tableau: np.ndarray, basis: np.ndarray, column: int, i: int, j: 
 
 @compiled
 def begin(tableau: np.ndarray, basis: np.ndarray, M: np.ndarray, p: np.ndarray) -> int:
-    """Fill tableau and basis, that of w, from M and p of `solve_by_pivoting`.
+    """Fill the tableau, with w as basis, from M and p of `solve_by_pivoting`.
 
-    Returns row of the largest penetration, the last of equal ones.
+    Returns the row of the largest penetration, the last row if several are equal.
     """
     n, row = len(p), 0
     for i in range(n):
@@ -140,13 +140,13 @@ def solve_by_pivoting(M: np.ndarray, p: np.ndarray, x: np.ndarray) -> bool:
 
     M: (n, n) Delassus operator, its columns scaled at will.
     p: (n,) penetrations [m].
-    x: (n,) result, in p over the unit of M; zero when none is found.
-    Returns whether it is solved. Lemke's method solves every problem with a P-matrix.
+    x: (n,) result, in the unit of p over that of M; zero if the method fails.
+    Returns whether the problem is solved. Lemke's method solves every problem with a P-matrix.
 
     Cottle, Pang, Stone (1992), chapter 4.
     """
     n = len(p)
-    if n == 0:  # penetrations that are not finite leave no point to look at
+    if n == 0:  # with penetrations that are not finite no point is listed
         return False
     tableau, basis = np.empty((n, 2 * n + 2)), np.empty(n, np.int64)
     row, column = begin(tableau, basis, M, p), 2 * n
