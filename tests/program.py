@@ -127,12 +127,6 @@ def datasets(path):
     return {name: values.tobytes() for name, values in contents(path).items()}
 
 
-def bits(path):
-    """Bytes of every dataset in the root of a result file."""
-    with h5py.File(path, "r") as file:
-        return {n: line[()].tobytes() for n, line in file.items() if isinstance(line, h5py.Dataset)}
-
-
 def load(path, overrides=()):
     """Config of an input file, the first one of a sweep."""
     return config.load_runs(path, overrides)[0]

@@ -184,8 +184,12 @@ def _contact_problems(c):
     contact, coating = c.contact, c.contact.coating
     for name in () if contact.wears else _changed(coating):
         yield f"contact.coating.{name}: goes with contact.law: abradable, not {contact.law}"
-    stiffness = contact.casing_stiffness_n_per_m
+    stiffness, own = contact.casing_stiffness_n_per_m, contact.own_law
     yield from lines_of(
+        (own is not None and contact.law != "rigid",
+         f"contact.own_law: goes with contact.law: rigid, not {contact.law}"),
+        (own is None and contact.own_law_sha256 is not None,
+         "contact.own_law_sha256: goes with contact.own_law, which is not given"),
         (contact.wears and coating.yield_stress >= coating.young,
          f"contact.coating.yield_mpa: {coating.yield_mpa:g} is not below contact.coating."
          f"young_gpa, {coating.young_gpa:g}: such a coating is pressed flat before it wears"),

@@ -5,10 +5,10 @@ Every key has a default, a range and a description here and nowhere else: error 
 tables in docs/reference/ are made from them.
 """
 
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, Strict
 
 from hpcrub.config.types import (
     MOST_SAMPLES,
@@ -27,6 +27,7 @@ from hpcrub.model.mistuning import Law
 from hpcrub.response.steady import SteadyCriteria
 
 CRITERIA = SteadyCriteria()
+OwnLaw = Annotated[str, Strict(), Field(pattern=r"^.+\.py:[A-Za-z_]\w*$", max_length=4096)]
 
 
 class Coating(Section):
@@ -68,6 +69,10 @@ class Contact(Section):
     casing_damping_ns_per_m: Number = Field(0.0, ge=0, le=1e12)
     """damping of the casing at a contact point [N s/m]"""
     coating: Coating = Coating()
+    own_law: OwnLaw | None = None
+    """contact law of one's own in place of the rigid casing's: FILE.py:CLASS"""
+    own_law_sha256: Checksum | None = None
+    """checksum of its file, filled in when a run begins"""
 
     @property
     def wears(self) -> bool:

@@ -18,6 +18,7 @@ from hpcrub.results import ownership, storage, trouble
 from hpcrub.runs import memory, result_files
 from hpcrub.runs.study import Run
 from hpcrub.setup import plausibility
+from hpcrub.setup.laws import law_of
 
 
 class Existing(NamedTuple):
@@ -99,6 +100,7 @@ def execute(
     """
     began = time.monotonic()
     path = run.config.output
+    team.together(lambda: law_of(run.config))  # what rank 0 sends may hold an object of its class
     prepared, warnings = team.on_root(lambda: examine(run, existing))
 
     def go_on():

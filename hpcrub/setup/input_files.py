@@ -9,7 +9,7 @@ from hpcrub.config.checks import deviation_of, pattern_problem
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.results import model_file, tables
-from hpcrub.setup import imported
+from hpcrub.setup import imported, laws
 
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
 WAVE_COLUMNS = "diameters", "damping_ratio", "frequency_shift"
@@ -22,7 +22,7 @@ def resolved(config: Config) -> Config:
 
     Raises InputError for a file that cannot be used or has changed.
     """
-    config = imported.resolved(with_tables(config))
+    config = laws.with_checksum(imported.resolved(with_tables(config)))
     if config.mistuning.pattern_file is not None:
         patterns(config)
     return config

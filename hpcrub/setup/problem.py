@@ -18,6 +18,7 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup import imported
 from hpcrub.setup.aero import air_of
 from hpcrub.setup.casing import casing_modes_of
+from hpcrub.setup.laws import law_of
 
 # Numbers of samples, for a planar disk and for a model file, from which a kernel of half the lanes
 # gains more time than its compilation takes (docs/kernel.md).
@@ -109,6 +110,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         load_order=config.engine_order or 1,
         elastic_casing=elastic_casing,
         coating=coating_of(config, interface),
+        law=law_of(config),
         scheme=config.time.scheme,
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),

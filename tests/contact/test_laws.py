@@ -27,7 +27,7 @@ from hpcrub.response import history
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
-from tests.contact.spring_law import Spring
+from inputs.spring_law import Spring
 from tests.program import ROOT
 
 OMEGA, C = 2.0 * np.pi * 20.0, 1e-3
@@ -106,7 +106,7 @@ def test_the_key_of_compiled_code_holds_the_source_of_a_law_from_elsewhere():
     own, arrays = Spring(aligned_zeros((12, 8))), [aligned_zeros((12, 8))] * 3
     rigid = Planar(*arrays, Hard())
     (spring, nothing) = (jit._foreign_sources((numba.typeof(law),)) for law in (own, rigid))
-    assert spring == {(ROOT / "tests/contact/spring_law.py").read_text(encoding="utf-8")}
+    assert spring == {(ROOT / "inputs/spring_law.py").read_text(encoding="utf-8")}
     assert nothing == set()
 
 

@@ -1,5 +1,6 @@
 """A contact law of one's own: behind the clearance the casing is a linear spring, without friction.
 
+`inputs/own_law.yaml` uses it; `hpcrub.contact.protocols.Law` says what every method has to do.
 The force is that of the penetration p at the end of the step, N = k p for p > 0, of points that do
 not move each other. A unit force moves a point out by W = R·gain·Rᵀ in a step, so that without
 contact force it would be at p + W N, and N = k (p + W N)/(1 + k W).
@@ -20,16 +21,18 @@ class Spring(NamedTuple):
 
     stiffness: np.ndarray  # k/(1 + k W) (C, L) [N/m]
 
-    k = 1.0  # [N/m]
+    k = 1e7  # [N/m]
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def predict(lanes, bank, step, n_active):
+        """Corrector, predictor and penetrations."""
         return predict(lanes, bank, step, n_active)
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def forces(lanes, bank, step, deepest):
+        """Forces of the springs that are pressed."""
         state, law, n = bank.state, bank.law, 0
         n_points = law.stiffness.shape[0]
         for i in range(n_points):
@@ -42,26 +45,35 @@ class Spring(NamedTuple):
 
     @staticmethod
     def per_lane():
+        """All arrays have a column for each lane."""
         return Spring._fields
 
     @classmethod
     def allocate(cls, modes, scene, grid, width):
+        """No springs yet."""
         return cls(stiffness=aligned_zeros((columns(modes.normal).shape[1], width)))
 
     @classmethod
     def loads(cls, modes, scene):
+        """Modal forces of unit normal forces, which push the points away from the casing."""
         return -columns(modes.normal)
 
-    def fill(self, bank, lane, modes, scene):
+    def fill(self, bank, lane, modes, scene) -> None:
+        """Springs of the points in a lane, by its step."""
         W = modes.normal**2 @ bank.scheme.gain[:, lane]
         self.stiffness[: len(W), lane] = self.k / (1.0 + self.k * W)
 
-    def forces_on_points(self, multiplier, scene):
+    def forces_on_points(self, multiplier, scene) -> tuple:
+        """The multipliers are the normal forces."""
         normal = multiplier[:, : len(scene.interface.angle)]
         return normal, 0.0 * normal, normal[:, :0]
 
-    def memory(self, lane):
-        return None
+    def memory(self, lane) -> None:
+        """Springs remember nothing."""
 
-    def steps_touched(self, lane):
+    def remember(self, lane, memory) -> None:
+        """Nothing is to be remembered."""
+
+    def steps_touched(self, lane) -> np.ndarray:
+        """Contacts are not counted."""
         return np.zeros(0)
