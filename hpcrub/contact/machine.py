@@ -72,10 +72,15 @@ def shape_for(machine: Machine) -> Shape:
     for lanes in LANES:
         row = -(-lanes // machine.vector)
         tile = max(tile for tile in TILES if tile == 1 or (tile + 1) * row < machine.registers)
-        beside = (tile + OF_A_MODE) * row + 1 < machine.registers
-        shapes.append(Shape(tile, lanes, block_of(lanes, machine.cache), int(beside)))
+        shapes.append(shape_of(tile, lanes, machine))
     fitting = [s for s in shapes if s.tile >= FEWEST and MODES * size_of(s.lanes) <= machine.cache]
     return fitting[-1] if fitting else shapes[0]
+
+
+def shape_of(tile: int, lanes: int, machine: Machine) -> Shape:
+    """Shape of this tile and these lanes, with the block and the loops that suit a machine."""
+    beside = (tile + OF_A_MODE) * -(-lanes // machine.vector) + 1 < machine.registers
+    return Shape(tile, lanes, block_of(lanes, machine.cache), int(beside))
 
 
 def size_of(lanes: int) -> int:
