@@ -61,7 +61,7 @@ class _Cache(FunctionCache):
     """numba's cache of one function, with own files for laws and observers of other packages.
 
     The index of a cache names these classes, so that a program without them could not read it. The
-    name of the files depends on their sources, because the name of the folder does not.
+    name of the files depends on their modules and sources; the name of the folder does not.
     """
 
     def _take_files(self, sig: Any) -> None:
@@ -85,7 +85,7 @@ class _Cache(FunctionCache):
 
 
 def _foreign_sources(kind):
-    """Sources of modules outside hpcrub that define classes in a type, or a tuple of types."""
+    """Names and sources of modules outside hpcrub that define classes in a type, or in a tuple."""
     if isinstance(kind, tuple):
         return set().union(*map(_foreign_sources, kind))
     if not isinstance(kind, types.BaseNamedTuple):
@@ -95,7 +95,7 @@ def _foreign_sources(kind):
     if home.startswith("hpcrub."):
         return others
     try:
-        return {inspect.getsource(sys.modules[home]), *others}
+        return {f"{home}\n{inspect.getsource(sys.modules[home])}", *others}
     except (OSError, TypeError):  # a notebook has no source: compile anew
         return {os.urandom(8).hex()}
 

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from evidence.validation.report import fitted_order
+from hpcrub.config.schema import Config
 from hpcrub.contact import jit
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.laws.hard import Hard
@@ -27,6 +28,7 @@ from hpcrub.response import history
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
+from hpcrub.setup.laws import law_of
 from inputs.spring_law import Spring
 from tests.program import ROOT
 
@@ -106,8 +108,19 @@ def test_the_key_of_compiled_code_holds_the_source_of_a_law_from_elsewhere():
     own, arrays = Spring(aligned_zeros((12, 8))), [aligned_zeros((12, 8))] * 3
     rigid = Planar(*arrays, Hard())
     (spring, nothing) = (jit._foreign_sources((numba.typeof(law),)) for law in (own, rigid))
-    assert spring == {(ROOT / "inputs/spring_law.py").read_text(encoding="utf-8")}
+    source = (ROOT / "inputs/spring_law.py").read_text(encoding="utf-8")
+    assert spring == {f"inputs.spring_law\n{source}"}
     assert nothing == set()
+
+
+def test_the_same_law_by_another_name_has_compiled_code_of_its_own():
+    """A study loads it by a name that another program cannot import (`ModuleNotFoundError`)."""
+    config = Config.from_yaml(f"contact: {{own_law: '{ROOT}/inputs/spring_law.py:Spring'}}")
+    loaded = law_of(config)
+    keys = [jit._foreign_sources((numba.typeof(kind(aligned_zeros((12, 8)))),))
+            for kind in (Spring, loaded)]  # fmt: skip
+    assert loaded is not Spring
+    assert keys[0].isdisjoint(keys[1])
 
 
 PROGRAM = """\
