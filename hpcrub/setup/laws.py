@@ -1,6 +1,5 @@
 """A contact law of the user's own, from the Python file that an input names."""
 
-import functools
 import importlib.util
 import sys
 from types import ModuleType
@@ -35,10 +34,11 @@ def law_of(config: Config) -> Any:
     return law
 
 
-@functools.cache
 def _module(path: str, checksum: str) -> ModuleType:
     """Module of a file, by a name that pickle finds again on every rank."""
     name = f"own_law_{checksum[:16]}"
+    if name in sys.modules:  # a copy of the file is the same law
+        return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None  # the key asks for a file that ends with .py
     assert spec.loader is not None
@@ -46,6 +46,7 @@ def _module(path: str, checksum: str) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
+        del sys.modules[name]
         raise InputError(f"contact.own_law: {path}: {type(error).__name__}: {error}") from None
     return module
 
