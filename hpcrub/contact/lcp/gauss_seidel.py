@@ -14,7 +14,7 @@ from hpcrub.contact.lcp.pivoting import solve_by_pivoting
 from hpcrub.contact.protocols import Coupled
 
 ROOM = 12
-FOUR, SIX, EIGHT, TWELVE = (0,) * 4, (0,) * 6, (0,) * 8, (0,) * ROOM
+FOUR, FIVE, SIX, SEVEN, EIGHT, TWELVE = ((0,) * n for n in (4, 5, 6, 7, 8, ROOM))
 MAX_SWEEPS = 200  # sweeps before pivoting; about five are usual
 # A lane that once changed by so many tolerances has not converged, even if its last change is
 # small: numbers that overflow end as NaN, which changes no more.
@@ -179,8 +179,12 @@ def solve(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray, n_activ
     limit = v.larger(deepest, 0.0) * TOLERANCE
     if n_active <= len(FOUR):
         stuck, sweeps = solve_few(lanes, FOUR, law, state, limit, deepest)
+    elif n_active <= len(FIVE):
+        stuck, sweeps = solve_few(lanes, FIVE, law, state, limit, deepest)
     elif n_active <= len(SIX):
         stuck, sweeps = solve_few(lanes, SIX, law, state, limit, deepest)
+    elif n_active <= len(SEVEN):
+        stuck, sweeps = solve_few(lanes, SEVEN, law, state, limit, deepest)
     elif n_active <= len(EIGHT):
         stuck, sweeps = solve_few(lanes, EIGHT, law, state, limit, deepest)
     elif n_active <= ROOM:
