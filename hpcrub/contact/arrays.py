@@ -22,6 +22,9 @@ class Scheme(NamedTuple):
     gain: np.ndarray  # (K, L) [s²]
     # ω² [rad²/s²]: (K,), or (K, L) where it depends on the speed of rotation of a lane
     squared: np.ndarray
+    # observed displacements that unit multipliers add in their step ((F + 1)·O, L) [m/N]; (0, L)
+    # where the corrector comes before the record
+    moved: np.ndarray
     clearance: np.ndarray  # clearance of the casing at the speed of each lane (1, L) [m]
     own: np.ndarray  # clearance that each point adds (1, C) [m]; infinite for padding
     step: np.ndarray  # time step h (L,) [s]; zero for an idle lane
@@ -57,7 +60,7 @@ SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `State.report`
 
 # Arrays with one column (or one number) per lane; laws and records name theirs in `per_lane`
 PER_LANE = {
-    Scheme: ("decay", "gain", "clearance", "step", "turn"),
+    Scheme: ("decay", "gain", "moved", "clearance", "step", "turn"),
     State: tuple(name for name in State._fields if name != "active"),
 }
 

@@ -46,14 +46,18 @@ def _allocate_scheme(modes, scene, grid, width, law):
     n_modes = len(rows.omega)
     # tiles of modes may begin anywhere
     load = np.pad(law.loads(rows, scene).T, ((0, 1), (0, TILE)))
+    observed = aligned(columns(rows.observed))
+    # with three times the forces the corrector is faster; casing and stresses need it in any case
+    alone = not (len(modes.axial) or len(pairs.omega) or scene.observes_stress)
     return Scheme(
         normal=aligned(normal),
-        observed=aligned(columns(rows.observed)),
+        observed=observed,
         stress=aligned(vectors(rows.stress[: len(rows.stress) * scene.observes_stress])),
         load=aligned(load),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
         squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else rows.omega**2,
+        moved=aligned_zeros((len(load) * observed.shape[1] * alone, width)),
         clearance=aligned(np.full((1, width), scene.clearance)),
         own=aligned(own),
         step=np.zeros(width),
@@ -123,6 +127,11 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> No
         modes = _fill_waves(bank, lane, modes, n_real, waves.eigenvalue, h)
     if scheme.squared.ndim == 2:
         scheme.squared[:, lane] = modes.omega**2
+    if len(scheme.moved):
+        kicks = scheme.load[:, : len(modes.omega)] * scheme.gain[:, lane]
+        moved = scheme.moved[:, lane].reshape(len(kicks), -1)  # a view
+        # not a matrix product, whose rounding may depend on the padding
+        np.einsum("fk,ok->fo", kicks, modes.observed, out=moved[:, : len(modes.observed)])
     scheme.step[lane], scheme.clearance[0, lane] = h, scene.clearance
     bank.law.fill(bank, lane, modes, scene)
 
@@ -132,7 +141,7 @@ def _fill_waves(bank, lane, rows, first, eigenvalue, h):
 
     A force kicks z along e^{λh}. The gain is taken from a real mode of the same frequency and
     damping, so that the response to a constant force is exact. Returns ``rows``, in which `normal`
-    has become the motion of the points by a kick.
+    and `observed` have become the displacements by a kick.
     """
     scheme, size, angle = bank.scheme, np.abs(eigenvalue), eigenvalue.imag * h
     gain = coefficients("exact_modal", size, -eigenvalue.real / size, h)[1]
@@ -141,11 +150,19 @@ def _fill_waves(bank, lane, rows, first, eigenvalue, h):
     scheme.gain[first : first + n, lane] = np.repeat(gain, 2)
     scheme.decay[first : first + n, lane] = np.repeat(decay, 2)
     scheme.turn[0:n:2, lane], scheme.turn[1:n:2, lane] = cosine, sine
-    re, im = (rows.normal[:, first + part : first + n : 2] for part in (0, 1))
-    normal = rows.normal.copy()
-    normal[:, first : first + n : 2] = cosine * re - sine * im
-    normal[:, first + 1 : first + n : 2] = sine * re + cosine * im
-    return rows._replace(normal=normal)
+    return rows._replace(
+        normal=_kicked(rows.normal, first, cosine, sine),
+        observed=_kicked(rows.observed, first, cosine, sine),
+    )
+
+
+def _kicked(rows, first, cosine, sine):
+    """Displacements (n, K) with those of complex modes turned against the angle of a kick."""
+    turned, end = rows.copy(), first + 2 * len(cosine)
+    re, im = rows[:, first:end:2], rows[:, first + 1 : end : 2]
+    turned[:, first:end:2] = cosine * re - sine * im
+    turned[:, first + 1 : end : 2] = sine * re + cosine * im
+    return turned
 
 
 def set_motion(

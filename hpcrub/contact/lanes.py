@@ -102,6 +102,11 @@ def tile_add(tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: 
     return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
 
 
+def tile_fma(tile: tuple, array: np.ndarray, rows: tuple, vector: np.ndarray) -> tuple:
+    """Tile plus the vector times, in member i, row ``rows[i]`` of a lane array."""
+    return tuple(t + array[row] * vector for t, row in zip(tile, rows, strict=True))
+
+
 def tile_gather(lanes: tuple, array: np.ndarray, rows: tuple) -> tuple:
     """Tile of the rows of a lane array that the tuple ``rows`` names."""
     return tuple(array[row].copy() for row in rows)

@@ -13,7 +13,7 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import BESIDE_MODES, PLACES, TILE, TIPS
+from hpcrub.contact.lanes import PLACES, TILE, TIPS
 from hpcrub.contact.passes import correct, project
 
 NO_LANES = np.zeros(0, dtype=np.int64)
@@ -26,8 +26,11 @@ APART, NEAR = 3, 0.8
 def record_displacements(
     lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
     n_active: int,
-) -> None:  # fmt: skip
-    """Apply the corrector and record the observed displacements (bank and arrays are modified).
+) -> int:  # fmt: skip
+    """Record the observed displacements after a step (bank and arrays are modified).
+
+    Returns how many active points are left to correct. Without `Scheme.moved` the corrector is
+    applied first; else each multiplier adds to the displacements before the corrector.
 
     history, peak: as in `Record`.
     row: place of the record in the ring; negative for a step that only counts for the peak.
@@ -35,14 +38,20 @@ def record_displacements(
     """
     scheme, state = bank.scheme, bank.state
     n_modes, n_observed = scheme.observed.shape
-    seen = correct(lanes, scheme, state, n_active)
+    if scheme.moved.shape[0] == 0:
+        correct(lanes, scheme, state, n_active)
+        n_active = 0
     for first in range(0, n_observed, TILE):
-        if first > 0 or not BESIDE_MODES:
-            seen = v.tile_splat(TIPS, v.splat(lanes, 0.0))
-            seen = project(lanes, scheme.observed, state.position, first, 0, n_modes, seen)
+        seen = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+        seen = project(lanes, scheme.observed, state.position, first, 0, n_modes, seen)
+        for a in range(n_active):
+            j = state.active[a]
+            rows = v.consecutive(TIPS, j * n_observed + first)
+            seen = v.tile_fma(seen, scheme.moved, rows, v.load(lanes, state.multiplier, j))
         if row >= 0:
             v.tile_store(history, v.consecutive(TIPS, row * n_observed + first), seen)
         v.tile_rise(peak, v.consecutive(TIPS, block * n_observed + first), seen)
+    return n_active
 
 
 @compiled(inner=True)
@@ -80,6 +89,30 @@ def largest_stress(bank: Bank, lane: int, work: np.ndarray) -> float:
     return result
 
 
+@compiled
+def strokes(
+    history: np.ndarray, lane: int, n_observed: int, n_rows: int, oldest: int
+) -> tuple[float, float]:
+    """Largest stroke and largest jump of the recorded displacements of a lane [m].
+
+    history: ring of records as in `Record`; n_observed: rows of a record, of which the first n_rows
+    count; oldest: place of the oldest record.
+    Returns the largest peak-to-peak displacement of any row in the later half of the ring, and the
+    largest change from one record to the next.
+    """
+    n_records = len(history) // n_observed
+    low, high, jump, at, before = np.zeros(n_rows), np.zeros(n_rows), 0.0, oldest, oldest
+    for i in range(n_records):
+        for row in range(n_rows):
+            now = history[at * n_observed + row, lane]
+            jump = max(jump, abs(now - history[before * n_observed + row, lane]))
+            within = 2 * i > n_records
+            low[row] = min(low[row], now) if within else now
+            high[row] = max(high[row], now) if within else now
+        before, at = at, (at + 1) % n_records
+    return (high - low).max(), jump
+
+
 class Record(NamedTuple):
     """Observer of displacements u: a ring of B blocks of M records, and peaks of all steps."""
 
@@ -107,7 +140,9 @@ class Record(NamedTuple):
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         row, last = place * (n_steps // record.stride) + step // record.stride, record.stride - 1
         kept = row if step % record.stride == last else -1
-        record_displacements(lanes, bank, record.history, record.peak, kept, place, n_active)
+        n_active = record_displacements(
+            lanes, bank, record.history, record.peak, kept, place, n_active
+        )
         for i in range(len(record.watched)):
             lane = record.watched[i]
             now, peak = record.stress[0, lane], record.stress_peak[0, lane]
@@ -121,7 +156,7 @@ class Record(NamedTuple):
             for i in range(n_pairs):
                 now = v.load(lanes, bank.state.position, first + i)
                 v.store(record.casing, row * n_pairs + i, now)
-        return 0
+        return n_active
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:

@@ -253,34 +253,14 @@ def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
 
 
 @compiled(inline=True, inner=True)
-def settle(
-    lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, end: int, seen: tuple
-) -> tuple:
-    """Corrector of a block of modes without a predictor (state is modified).
-
-    seen: first tile of observed displacements [m].
-    Returns seen, with the block added where registers have room for the sums beside the modes.
-    """
-    points = v.consecutive(TIPS, 0)
-    for k in range(begin, end):
-        q = v.load(lanes, state.position, k)
-        if n_active > 0:
-            kick = v.load(lanes, state.force, k - begin) * v.load(lanes, scheme.gain, k)
-            q = q + kick
-            v.store(state.position, k, q)
-            v.store(state.increment, k, v.load(lanes, state.increment, k) + kick)
-        if BESIDE_MODES:
-            seen = v.tile_add(seen, scheme.observed, k, points, q)
-    return seen
-
-
-@compiled(inline=True, inner=True)
-def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> tuple:
-    """Corrector of all modes without a predictor (state is modified); returns as `settle`."""
-    seen, begin = v.tile_splat(TIPS, v.splat(lanes, 0.0)), 0
-    while begin < state.position.shape[0]:
+def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
+    """Corrector of all modes without a predictor (state is modified)."""
+    begin = 0
+    while begin < state.position.shape[0] and n_active > 0:
         end = end_of_block(scheme, begin)
         sum_forces(lanes, scheme, state, n_active, begin, end)
-        seen = settle(lanes, scheme, state, n_active, begin, end, seen)
+        for k in range(begin, end):
+            kick = v.load(lanes, state.force, k - begin) * v.load(lanes, scheme.gain, k)
+            v.store(state.position, k, v.load(lanes, state.position, k) + kick)
+            v.store(state.increment, k, v.load(lanes, state.increment, k) + kick)
         begin = end
-    return seen

@@ -197,6 +197,16 @@ def _tile_splat(context, builder, sig, args):
     return cgutils.pack_array(builder, [args[1]] * sig.return_type.count)
 
 
+@_instruction(lanes.tile_fma, lambda tile, array, rows, vector: tile)
+def _tile_fma(context, builder, sig, args):
+    tile, array, rows, vector = args
+    for i, row in enumerate(cgutils.unpack_tuple(builder, rows)):
+        factor = _load_row(context, builder, sig.args[1], array, row, vector.type.count)
+        member = _fma(builder, factor, vector, builder.extract_value(tile, i))
+        tile = builder.insert_value(tile, member, i)
+    return tile
+
+
 @_instruction(
     lanes.tile_gather, lambda lanes, array, rows: types.UniTuple(LaneVector(len(lanes)), len(rows))
 )

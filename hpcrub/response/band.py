@@ -14,7 +14,7 @@ import numpy as np
 from hpcrub.contact import bank, integrate, status
 from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes
 from hpcrub.contact.lanes import WIDTH
-from hpcrub.contact.observers import Record
+from hpcrub.contact.observers import Record, strokes
 from hpcrub.contact.status import DIVERGED
 from hpcrub.model.reduction import Modes
 from hpcrub.response.casing_motion import LARGEST, Runaway, largest, share_of_energy
@@ -243,12 +243,12 @@ class Band:
             verdict = self._look(lane, course, now, *sizes)
             if verdict is None:
                 return False
-            outcome, motion = verdict.status, self._signals(lane, self._windows(now).ravel())
+            outcome, (stroke, jump) = verdict.status, self._strokes(lane, now)
             if stuck:
                 outcome, reason = DIVERGED, stuck
             else:
-                self._write(lane, course, now, verdict, motion, out)
-            if reason == status.NONE and self._reverses(motion):
+                self._write(lane, course, now, verdict, stroke, out)
+            if reason == status.NONE and self._reverses(jump):
                 reason = status.REVERSED
         if outcome != DIVERGED:
             self._keep_worn(lane, course, now)
@@ -266,17 +266,17 @@ class Band:
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = course.seconds(now)
 
-    def _write(self, lane, course, now, verdict, motion, out):
+    def _write(self, lane, course, now, verdict, stroke, out):
         """Write the amplitudes of a Verdict, and data of the last window (out is modified).
 
-        motion: as in `_reverses`.
+        stroke: largest peak-to-peak displacement in the last window [m].
         """
         index, pairs, last = course.index, self.modes.pairs, self._windows(now)[1]
         out.amplitude[index] = verdict.amplitude
         out.error[index], out.scatter[index] = verdict.error, verdict.scatter
         if self.scene.observes_stress:
             out.stress[index] = self.record.stress_peak[0, lane]
-        out.half_peak_to_peak[index] = np.ptp(motion[len(motion) // 2 :], axis=0).max() / 2.0
+        out.half_peak_to_peak[index] = stroke / 2.0
         blades = self.scene.interface.of_blades(verdict.largest)
         out.localisation[index] = localisation(blades)
         if len(pairs.omega):
@@ -286,22 +286,25 @@ class Band:
             out.casing.largest[index], out.casing.waves[index] = moved
             out.casing.share[index] = share_of_energy(modes, self.bank, lane)
 
-    def _reverses(self, motion):
-        """Whether a tip of a planar disk outruns the disk's rotation.
+    def _strokes(self, lane, now):
+        """Largest stroke in the last window and jump in the last two [m]; see `strokes`."""
+        n_observed, blocks = self.bank.scheme.observed.shape[1], 2 * self.window
+        history, n_rows = self.record.history, len(self.modes.observed)
+        per_block = len(history) // (n_observed * blocks)
+        return strokes(history, lane, n_observed, n_rows, now % blocks * per_block)
 
-        motion: observed displacements in the last two windows (records, O) [m].
-        """
+    def _reverses(self, jump):
+        """Whether a tip of a planar disk outruns its rotation; jump: between two records [m]."""
         if len(self.modes.axial) > 0:  # friction turns with the slip
             return False
-        moved = np.abs(np.diff(motion, axis=0)).max()
         turned = 2.0 * np.pi * self.grid.stride / self.grid.steps_per_revolution
-        return moved > turned * self.scene.interface.radius.min()
+        return jump > turned * self.scene.interface.radius.min()
 
     def _look(self, lane, course, now, before, last):
         """Verdict on the last two windows; None: go on. Sets the block of the next check."""
 
         def signals(row):
-            return tuple(self._signals(lane, w, row).ravel() for w in self._windows(now))
+            return tuple(self._signal(lane, window, row) for window in self._windows(now))
 
         verdict = course.watch.look(before, last, signals, course.seconds(now), course.is_over)
         course.check = min(now + course.extension, course.cap)
@@ -319,10 +322,8 @@ class Band:
         peak = self.record.peak.reshape(2 * self.window, -1, len(self.lanes))
         return peak[:, : len(self.modes.observed)]
 
-    def _signals(self, lane, window, row=None):
-        """Observed displacements, all or one row, at places of the ring, (records, O) [m]."""
-        n_observed, n = self.bank.scheme.observed.shape[1], len(self.modes.observed)
+    def _signal(self, lane, window, row):
+        """One observed displacement in the blocks of a window, which are places in the ring [m]."""
+        n_observed = self.bank.scheme.observed.shape[1]
         history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.lanes))
-        rows = slice(n) if row is None else slice(row, row + 1)
-        kept = history[window, :, rows, lane]
-        return kept.reshape(-1, kept.shape[-1])
+        return history[window, :, row, lane].ravel()

@@ -19,6 +19,7 @@ from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.observers import record_displacements
+from hpcrub.contact.passes import correct
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import judge, watch_of
@@ -68,7 +69,8 @@ class Trace(NamedTuple):
             for lane in range(len(lanes)):
                 trace.force[record, i, lane] += bank.state.multiplier[i, lane]
         kept = record if (step + 1) % trace.stride == 0 else -1
-        record_displacements(lanes, bank, trace.observed, trace.peak, kept, 0, n_active)
+        n_active = record_displacements(lanes, bank, trace.observed, trace.peak, kept, 0, n_active)
+        correct(lanes, bank.scheme, bank.state, n_active)
         if kept < 0:
             return 0
         for k in range(bank.state.position.shape[0]):

@@ -21,7 +21,7 @@ from hpcrub.contact import recurrence
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
 from hpcrub.contact.lanes import aligned_zeros
-from hpcrub.contact.observers import Record
+from hpcrub.contact.observers import Record, strokes
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
 from hpcrub.model.casing import CasingShape
@@ -46,6 +46,15 @@ def integrate_lanes(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION
     run(bank, n_blocks, record)
     history = record.history.reshape(n_blocks * grid.steps_per_block, -1, width)
     return history[:, : len(modes.observed), : len(speeds)], bank
+
+
+def test_strokes_are_those_of_the_records_of_a_ring_in_order():
+    ring = np.random.default_rng(0).normal(size=(6, 3, 2))  # records, rows, lanes
+    oldest, n_rows, lane = 4, 2, 1
+    records = np.roll(ring, -oldest, axis=0)[:, :n_rows, lane]
+    stroke, jump = strokes(ring.reshape(-1, 2), lane, 3, n_rows, oldest)
+    assert stroke == np.ptp(records[3:], axis=0).max()
+    assert jump == np.abs(np.diff(records, axis=0)).max()
 
 
 def all_contact_sets(W, depth):

@@ -64,6 +64,14 @@ def test_same_steps_as_the_sweep(problem, mistuned):
     assert len(alone) == history.n_records(34.2, 0.05, scene)
 
 
+def test_recorded_displacements_are_those_after_the_contact_forces(problem, mistuned):
+    seen, q, force = whole(mistuned, problem.scene, [34.0], 0.1, "observed", "position",
+                           "normal_force")  # fmt: skip
+    assert force.any()
+    after = np.einsum("ok,rks->ros", mistuned.observed, q)
+    np.testing.assert_allclose(seen, after, rtol=0, atol=1e-13 * np.abs(after).max())
+
+
 @pytest.mark.parametrize("speed", [34.0, 34.3])
 def test_a_continued_sweep_starts_from_the_same_motion(problem, mistuned, speed):
     """In the transient: from rest, the amplitude at the same time would be another one."""
