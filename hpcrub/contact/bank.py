@@ -47,8 +47,6 @@ def _allocate_scheme(modes, scene, grid, width, law):
     # tiles of modes may begin anywhere
     load = np.pad(law.loads(rows, scene).T, ((0, 1), (0, TILE)))
     observed = aligned(columns(rows.observed))
-    # with three times the forces the corrector is faster; casing and stresses need it in any case
-    alone = not (len(modes.axial) or len(pairs.omega) or scene.observes_stress)
     return Scheme(
         normal=aligned(normal),
         observed=observed,
@@ -57,7 +55,8 @@ def _allocate_scheme(modes, scene, grid, width, law):
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
         squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else rows.omega**2,
-        moved=aligned_zeros((len(load) * observed.shape[1] * alone, width)),
+        # the three forces of a point in three dimensions would take longer than the corrector
+        moved=aligned_zeros((0 if len(modes.axial) else len(load) * observed.shape[1], width)),
         clearance=aligned(np.full((1, width), scene.clearance)),
         own=aligned(own),
         step=np.zeros(width),

@@ -29,8 +29,8 @@ def record_displacements(
 ) -> int:  # fmt: skip
     """Record the observed displacements after a step (bank and arrays are modified).
 
-    Returns how many active points are left to correct. Without `Scheme.moved` the corrector is
-    applied first; else each multiplier adds to the displacements before the corrector.
+    Returns how many active points are left to correct. Each multiplier adds to the displacements
+    before the corrector; without `Scheme.moved` the corrector is applied first.
 
     history, peak: as in `Record`.
     row: place of the record in the ring; negative for a step that only counts for the peak.
@@ -143,6 +143,10 @@ class Record(NamedTuple):
         n_active = record_displacements(
             lanes, bank, record.history, record.peak, kept, place, n_active
         )
+        n_pairs = bank.scheme.casing
+        if len(record.watched) > 0 or (n_pairs > 0 and kept >= 0):
+            correct(lanes, bank.scheme, bank.state, n_active)
+            n_active = 0
         for i in range(len(record.watched)):
             lane = record.watched[i]
             now, peak = record.stress[0, lane], record.stress_peak[0, lane]
@@ -150,7 +154,6 @@ class Record(NamedTuple):
                 now = largest_stress(bank, lane, record.work)
                 record.stress[0, lane] = now
                 record.stress_peak[0, lane] = max(peak, now)
-        n_pairs = bank.scheme.casing
         if n_pairs > 0 and kept >= 0:
             first = bank.state.position.shape[0] - n_pairs
             for i in range(n_pairs):
