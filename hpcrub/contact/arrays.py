@@ -4,6 +4,7 @@ Shapes: K modes, L lanes, C contact points and O observed displacements, both pa
 `lanes.TILE`, F multipliers. Every contact law has its arrays in a class of its own, under `laws`.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,12 +78,12 @@ class Bank(NamedTuple):
         """Number of lanes."""
         return len(self.scheme.step)
 
-    def take(self, lanes: slice | np.ndarray) -> "Bank":
+    def take(self, lanes: Sequence[int]) -> "Bank":
         """Bank with copies of some of the lanes."""
         return Bank(*(take_lanes(group, lanes) for group in self))
 
 
-def take_lanes(group: Any, lanes: slice | np.ndarray) -> Any:
+def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
     """Group of arrays with copies of some of its lanes."""
     members = set(PER_LANE.get(type(group)) or group.per_lane())
     if isinstance(group, Scheme) and group.squared.ndim == 2:  # else all lanes share it
@@ -91,7 +92,7 @@ def take_lanes(group: Any, lanes: slice | np.ndarray) -> Any:
     for name in members:
         member = getattr(group, name)
         inner = isinstance(member, tuple)
-        taken[name] = take_lanes(member, lanes) if inner else aligned(member[..., lanes])
+        taken[name] = take_lanes(member, lanes) if inner else aligned(member.take(lanes, -1))
     return group._replace(**taken)
 
 

@@ -172,10 +172,10 @@ class Band:
 
     def _follow(self, now, until):
         """Pass the blocks from ``now`` on to the rules that need every block."""
-        places = np.arange(now, until) % (2 * self.window)
         for lane, course in self._running():
             if not course.watch.always:
                 continue
+            places = np.arange(now, until) % (2 * self.window)
             peak = self._peaks()[places, :, lane].max(axis=1)
             for block, size in zip(range(now + 1, until + 1), peak, strict=True):
                 course.watch.see(size, course.seconds(block))

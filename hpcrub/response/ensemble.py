@@ -116,7 +116,7 @@ class Windows(Watch):
         self.sizes += [last] if self.sizes else [before, last]
         tip = int(np.argmax(last))
         # largest over all tips: at the start another tip may have moved more
-        same = is_constant(before.max(), last.max(), self.strict)
+        same = is_constant(before.max(), last[tip], self.strict)
         self.alike = self.alike + 1 if same and is_repeated(*signals(tip), self.strict) else 1
         if self.alike >= ALIKE:
             return self._verdict(STEADY, ALIKE)
