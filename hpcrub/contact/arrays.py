@@ -44,7 +44,6 @@ class State(NamedTuple):
     position: np.ndarray  # modal coordinates q (K, L) [m·√kg]
     increment: np.ndarray  # increments d of q in the last step (K, L) [m·√kg]
     before: np.ndarray  # d at the end of the step before (K, L), where friction turns, else (0, L)
-    force: np.ndarray  # modal forces on a block of modes (BLOCK, L) [N/√kg], work space
     penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
     multiplier: np.ndarray  # λ (F + 1, L) [N]; the last row stays zero
     depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver

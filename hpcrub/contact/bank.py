@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane
-from hpcrub.contact.lanes import BLOCK, TILE, aligned, aligned_zeros, lane_arrays
+from hpcrub.contact.lanes import TILE, aligned, aligned_zeros, lane_arrays
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.laws.solid import Solid
 from hpcrub.contact.lcp.gauss_seidel import ROOM
@@ -95,7 +95,7 @@ def _allocate_state(scheme, width, turns):
     n_forces = len(scheme.load)
     return State(
         **lane_arrays(
-            width, position=n_modes, increment=n_modes, before=n_modes * turns, force=BLOCK,
+            width, position=n_modes, increment=n_modes, before=n_modes * turns,
             penetration=n_points + 1, multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
         ),
         active=np.full(n_forces + ROOM, n_forces - 1),

@@ -21,8 +21,8 @@ import numpy as np
 
 from hpcrub.contact import machine
 
-TILE, WIDTH, BLOCK, BESIDE_MODES = machine.shape()
-TIPS = (0,) * TILE
+TILE, WIDTH, BLOCK = machine.shape()
+TIPS, PAIR, ONE = (0,) * TILE, (0,) * 2, (0,)  # tiles of different sizes
 PLACES = (0,) * 8  # width of a vector that holds eight stresses of one lane
 
 
@@ -105,6 +105,29 @@ def tile_add(tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: 
 def tile_fma(tile: tuple, array: np.ndarray, rows: tuple, vector: np.ndarray) -> tuple:
     """Tile plus the vector times, in member i, row ``rows[i]`` of a lane array."""
     return tuple(t + array[row] * vector for t, row in zip(tile, rows, strict=True))
+
+
+def tile_advance(
+    force: tuple, first: int, state: Any, scheme: Any, before: Any, external: Any, step: int | None
+) -> None:
+    """Corrector and predictor of consecutive modes, as in `passes` (state is modified).
+
+    force: tile of modal forces (L,), one for each mode from ``first`` on [N/√kg].
+    before: array for the increments between the two, without rows if not needed, or None.
+    external: modal forces of a load (P, K) [N/√kg], or None.
+    step: row of ``external``; None for the corrector alone.
+    """
+    for k, f in enumerate(force, first):
+        gain = scheme.gain[k]
+        q, d = state.position[k] + f * gain, state.increment[k] + f * gain
+        if before is not None and len(before):
+            before[k] = d
+        if step is not None:
+            d = scheme.decay[k] * d - (gain * scheme.squared[k]) * q
+            if external is not None:
+                d = d + external[step, k] * gain
+            q = q + d
+        state.increment[k], state.position[k] = d, q
 
 
 def tile_gather(lanes: tuple, array: np.ndarray, rows: tuple) -> tuple:

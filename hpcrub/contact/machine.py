@@ -2,8 +2,8 @@
 
 The rule is like that of BLIS for matrix products (Low, Igual, Smith, Quintana-Ortí, ACM
 Transactions on Mathematical Software 43, 2016). Every shape gives the same bits. Tests and
-benchmarks override the rule by the environment variable ``HPCRUB_SHAPE``: tile, lanes, block and,
-if the sums of a tile have room beside a mode, a 1, as in "6x8x60" or "12x8x96x1".
+benchmarks override the rule by the environment variable ``HPCRUB_SHAPE``: tile, lanes and block,
+as in "6x8x60".
 """
 
 import os
@@ -17,7 +17,6 @@ NUMBER = 8  # [bytes]
 TILES = 12, 6, 4, 2, 1  # possible numbers of vectors in a tile
 LANES = 4, 8, 16  # possible numbers of lanes
 FEWEST = 4  # vectors of a tile: with fewer, the modes are read too often
-OF_A_MODE = 3  # rows in registers while a mode advances: position, increment and gain
 MODES = 84  # modes of the reference disk, whose motion and coefficients should fit the cache
 ROWS = 4  # numbers of a mode per lane: position, increment, decay and gain
 SMALL_CACHE = 32 << 10  # size [bytes] where the system does not tell
@@ -37,7 +36,6 @@ class Shape(NamedTuple):
     tile: int  # rows of a matrix whose sums stay in registers
     lanes: int
     block: int  # modes that stay in the first-level cache: a multiple of 12
-    beside: int = 0  # 1: sums of a tile have room beside a mode that advances
 
 
 def this_machine() -> Machine:
@@ -65,8 +63,7 @@ def shape_for(machine: Machine) -> Shape:
 
     The sums of a tile stay in registers, beside a row of the modes and one factor. The shape has
     the largest number of lanes that leaves room for FEWEST vectors in a tile and keeps the modes in
-    the first-level cache. A block of modes fills three quarters of this cache. Where registers have
-    room for the sums of a tile and a mode that advances, one loop does both.
+    the first-level cache. A block of modes fills three quarters of this cache.
     """
     shapes = []
     for lanes in LANES:
@@ -78,9 +75,8 @@ def shape_for(machine: Machine) -> Shape:
 
 
 def shape_of(tile: int, lanes: int, machine: Machine) -> Shape:
-    """Shape of this tile and these lanes, with the block and the loops that suit a machine."""
-    beside = (tile + OF_A_MODE) * -(-lanes // machine.vector) + 1 < machine.registers
-    return Shape(tile, lanes, block_of(lanes, machine.cache), int(beside))
+    """Shape of this tile and these lanes, with the block that suits a machine."""
+    return Shape(tile, lanes, block_of(lanes, machine.cache))
 
 
 def size_of(lanes: int) -> int:

@@ -14,8 +14,9 @@ modal state once. The last rows are pairs: Re z and Im z of complex modes of a d
 (`model.casing_modes`), ordinary modes whose coordinates turn at the end of a step.
 
 The modes are taken in blocks, whose motion and coefficients stay in the first-level cache. A block
-needs three passes: its modal forces Gλ, a tile of modes at a time; its modes, with the first tile
-of contact points; the other points. All sums run in the order of the points or modes.
+needs two passes: its modes, a tile at a time, whose modal forces Gλ stay in registers; then its
+part in the penetrations, a tile of points at a time. All sums run in the order of the points or
+modes.
 """
 
 import numpy as np
@@ -23,7 +24,7 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import BESIDE_MODES, BLOCK, TILE, TIPS
+from hpcrub.contact.lanes import BLOCK, ONE, PAIR, TILE, TIPS
 
 
 @compiled(inline=True, inner=True)
@@ -53,23 +54,15 @@ def turned(lanes: tuple, scheme: Scheme, k: int, c: np.ndarray, s: np.ndarray) -
 
 
 @compiled(inline=True, inner=True)
-def sum_forces(
-    lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, end: int
-) -> None:
-    """Sum the modal forces of the active points on a block of modes (state.force, modified)."""
-    for first in range(begin, end if n_active > 0 else begin, TILE):
-        modes, total = v.consecutive(TIPS, first), v.tile_splat(TIPS, v.splat(lanes, 0.0))
-        for a in range(n_active):
-            j = state.active[a]
-            total = v.tile_add(total, scheme.load, j, modes, v.load(lanes, state.multiplier, j))
-        v.tile_store(state.force, v.consecutive(TIPS, first - begin), total)
-    if n_active > 0 and first_pair(scheme) <= begin < scheme.normal.shape[0] - scheme.casing:
-        for k in range(begin, end, 2):  # a force on a complex mode acts along e^{λh}
-            at = k - begin
-            re, im = v.load(lanes, state.force, at), v.load(lanes, state.force, at + 1)
-            re, im = turned(lanes, scheme, k, re, im)
-            v.store(state.force, at, re)
-            v.store(state.force, at + 1, im)
+def modal_forces(
+    lanes: tuple, tile: tuple, scheme: Scheme, state: State, n_active: int, first: int
+) -> tuple:
+    """Modal forces of the active points on a tile of modes [N/√kg]; first: first mode."""
+    modes, total = v.consecutive(tile, first), v.tile_splat(tile, v.splat(lanes, 0.0))
+    for a in range(n_active):
+        j = state.active[a]
+        total = v.tile_add(total, scheme.load, j, modes, v.load(lanes, state.multiplier, j))
+    return total
 
 
 @compiled(inline=True, inner=True)
@@ -91,46 +84,46 @@ def begin_gaps(
 
 
 @compiled(inline=True, inner=True)
-def corrected(
-    lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, k: int
-) -> tuple:
-    """Position and increment (L,) of row k after the corrector (state.before is modified).
-
-    n_active: active points to correct, whose forces on the block from ``begin`` on are summed.
-    """
-    q, d = v.load(lanes, state.position, k), v.load(lanes, state.increment, k)
-    if n_active > 0:
-        kick = v.load(lanes, state.force, k - begin) * v.load(lanes, scheme.gain, k)
-        q, d = q + kick, d + kick
-    if state.before.shape[0] > 0:
-        v.store(state.before, k, d)
-    return q, d
+def advance_tiles(
+    lanes: tuple, tile: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int,
+    end: int,
+) -> None:  # fmt: skip
+    """Corrector and predictor of whole tiles of real modes (state is modified)."""
+    # Each branch compiles a loop without the tests whose answer the branch knows.
+    if scheme.external.shape[0] > 0:
+        for first in range(begin, end, len(tile)):
+            force = modal_forces(lanes, tile, scheme, state, n_active, first)
+            v.tile_advance(force, first, state, scheme, state.before, scheme.external, step)
+    elif state.before.shape[0] > 0:
+        for first in range(begin, end, len(tile)):
+            force = modal_forces(lanes, tile, scheme, state, n_active, first)
+            v.tile_advance(force, first, state, scheme, state.before, None, step)
+    else:
+        for first in range(begin, end, len(tile)):
+            force = modal_forces(lanes, tile, scheme, state, n_active, first)
+            v.tile_advance(force, first, state, scheme, None, None, step)
 
 
 @compiled(inline=True, inner=True)
-def advanced(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, k: int
-) -> tuple:
-    """Position and increment (L,) of mode k after `corrected` and the predictor of this step."""
-    q, d = corrected(lanes, scheme, state, n_active, begin, k)
-    gain = v.load(lanes, scheme.gain, k)
-    d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
-    if scheme.external.shape[0] > 0:
-        d = d + scheme.external[step, k] * gain
-    return q + d, d
+def pair_of_forces(
+    lanes: tuple, scheme: Scheme, state: State, n_active: int, k: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Modal forces (L,) of the active points on the pair in rows k and k + 1 [N/√kg]."""
+    c, s = modal_forces(lanes, PAIR, scheme, state, n_active, k)
+    if k < scheme.normal.shape[0] - scheme.casing:  # on a complex mode a force acts along e^{λh}
+        c, s = turned(lanes, scheme, k, c, s)
+    return c, s
 
 
 @compiled(inline=True, inner=True)
 def advance_wave(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, k: int
-) -> tuple:
-    """Corrector and predictor of a complex mode in rows k and k + 1 (state is modified).
-
-    Returns Re z and Im z (L,) at the end of this step.
-    """
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, k: int
+) -> None:
+    """Corrector and predictor of a complex mode in rows k and k + 1 (state is modified)."""
+    force = pair_of_forces(lanes, scheme, state, n_active, k)
+    v.tile_advance(force, k, state, scheme, state.before, None, None)
     gain, decay = v.load(lanes, scheme.gain, k), v.load(lanes, scheme.decay, k)
-    a, _ = corrected(lanes, scheme, state, n_active, begin, k)
-    b, _ = corrected(lanes, scheme, state, n_active, begin, k + 1)
+    a, b = v.load(lanes, state.position, k), v.load(lanes, state.position, k + 1)
     re, im = turned(lanes, scheme, k, decay * a, decay * b)
     if scheme.external.shape[0] > 0:
         x = scheme.external[step, k] * gain
@@ -141,75 +134,42 @@ def advance_wave(
     v.store(state.increment, k + 1, im - b)
     v.store(state.position, k, re)
     v.store(state.position, k + 1, im)
-    return re, im
 
 
 @compiled(inline=True, inner=True)
-def turn_pair(
-    lanes: tuple, scheme: Scheme, values: np.ndarray, k: int, c: np.ndarray, s: np.ndarray
-) -> tuple:
-    """Turn a pair c, s of the casing, and store it in rows k and k + 1 of values (modified)."""
-    c, s = turned(lanes, scheme, k, c, s)
+def turn_pair(lanes: tuple, scheme: Scheme, values: np.ndarray, k: int) -> None:
+    """Turn the casing's pair in rows k and k + 1 of an array (modified)."""
+    c, s = turned(lanes, scheme, k, v.load(lanes, values, k), v.load(lanes, values, k + 1))
     v.store(values, k, c)
     v.store(values, k + 1, s)
-    return c, s
 
 
 @compiled(inline=True, inner=True)
-def advance_real(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
-    depth: tuple,
-) -> tuple:  # fmt: skip
-    """`advance` for a block of real modes."""
-    points = v.consecutive(TIPS, 0)
-    for k in range(begin, end):
-        q, d = advanced(lanes, scheme, state, step, n_active, begin, k)
-        v.store(state.increment, k, d)
-        v.store(state.position, k, q)
-        if BESIDE_MODES:
-            depth = v.tile_add(depth, scheme.normal, k, points, q)
-    return depth
-
-
-@compiled(inline=True, inner=True)
-def advance_pairs(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
-    depth: tuple,
-) -> tuple:  # fmt: skip
-    """`advance` for a block of pairs of rows: complex modes, or pairs of the casing."""
-    points, complex_modes = v.consecutive(TIPS, 0), begin < scheme.normal.shape[0] - scheme.casing
-    for k in range(begin, end, 2):
-        if complex_modes:
-            a, b = advance_wave(lanes, scheme, state, step, n_active, begin, k)
-        else:
-            a, da = advanced(lanes, scheme, state, step, n_active, begin, k)
-            b, db = advanced(lanes, scheme, state, step, n_active, begin, k + 1)
-            turn_pair(lanes, scheme, state.increment, k, da, db)
-            a, b = turn_pair(lanes, scheme, state.position, k, a, b)
-        if BESIDE_MODES:
-            depth = v.tile_add(depth, scheme.normal, k, points, a)
-            depth = v.tile_add(depth, scheme.normal, k + 1, points, b)
-    return depth
+def advance_ring(
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, k: int
+) -> None:
+    """Corrector and predictor of the casing's pair in rows k and k + 1 (state is modified)."""
+    force = pair_of_forces(lanes, scheme, state, n_active, k)
+    v.tile_advance(force, k, state, scheme, state.before, None, step)
+    turn_pair(lanes, scheme, state.increment, k)
+    turn_pair(lanes, scheme, state.position, k)
 
 
 @compiled(inline=True, inner=True)
 def advance(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
-    depth: tuple,
-) -> tuple:  # fmt: skip
-    """Corrector and predictor of a block of modes (state is modified).
-
-    depth: penetrations of the first tile of contact points [m].
-    Returns depth, with the block added where registers have room for the sums beside the modes.
-    """
-    if begin >= first_pair(scheme):
-        return advance_pairs(lanes, scheme, state, step, n_active, begin, end, depth)
-    # Each branch compiles a loop over the modes without the tests whose answer the branch knows.
-    if scheme.external.shape[0] > 0 or state.before.shape[0] > 0:
-        return advance_real(lanes, scheme, state, step, n_active, begin, end, depth)
-    if n_active > 0 or BESIDE_MODES:  # beside the sums a third loop is no faster
-        return advance_real(lanes, scheme, state, step, n_active, begin, end, depth)
-    return advance_real(lanes, scheme, state, step, 0, begin, end, depth)
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int
+) -> None:
+    """Corrector and predictor of a block of modes (state is modified)."""
+    if begin < first_pair(scheme):
+        whole = end - (end - begin) % TILE
+        advance_tiles(lanes, TIPS, scheme, state, step, n_active, begin, whole)
+        advance_tiles(lanes, ONE, scheme, state, step, n_active, whole, end)
+    elif begin < scheme.normal.shape[0] - scheme.casing:
+        for k in range(begin, end, 2):
+            advance_wave(lanes, scheme, state, step, n_active, k)
+    else:
+        for k in range(begin, end, 2):
+            advance_ring(lanes, scheme, state, step, n_active, k)
 
 
 @compiled(inline=True, inner=True)
@@ -239,13 +199,10 @@ def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
     deepest, begin = v.splat(lanes, -np.inf), 0
     while begin < n_modes:
         end = end_of_block(scheme, begin)
-        sum_forces(lanes, scheme, state, n_active, begin, end)
-        depth = begin_gaps(lanes, scheme, state, step, 0, begin)
-        depth = advance(lanes, scheme, state, step, n_active, begin, end, depth)
+        advance(lanes, scheme, state, step, n_active, begin, end)
         for first in range(0, n_points, TILE):
-            if first > 0 or not BESIDE_MODES:
-                depth = begin_gaps(lanes, scheme, state, step, first, begin)
-                depth = project(lanes, scheme.normal, state.position, first, begin, end, depth)
+            depth = begin_gaps(lanes, scheme, state, step, first, begin)
+            depth = project(lanes, scheme.normal, state.position, first, begin, end, depth)
             v.tile_store(state.penetration, v.consecutive(TIPS, first), depth)
             deepest = v.larger(v.tile_largest(depth), deepest) if end == n_modes else deepest
         begin = end
@@ -255,12 +212,16 @@ def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
 @compiled(inline=True, inner=True)
 def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
     """Corrector of all modes without a predictor (state is modified)."""
-    begin = 0
-    while begin < state.position.shape[0] and n_active > 0:
-        end = end_of_block(scheme, begin)
-        sum_forces(lanes, scheme, state, n_active, begin, end)
-        for k in range(begin, end):
-            kick = v.load(lanes, state.force, k - begin) * v.load(lanes, scheme.gain, k)
-            v.store(state.position, k, v.load(lanes, state.position, k) + kick)
-            v.store(state.increment, k, v.load(lanes, state.increment, k) + kick)
-        begin = end
+    if n_active == 0:
+        return
+    n_real = first_pair(scheme)
+    whole = n_real - n_real % TILE
+    for first in range(0, whole, TILE):
+        force = modal_forces(lanes, TIPS, scheme, state, n_active, first)
+        v.tile_advance(force, first, state, scheme, None, None, None)
+    for k in range(whole, n_real):
+        force = modal_forces(lanes, ONE, scheme, state, n_active, k)
+        v.tile_advance(force, k, state, scheme, None, None, None)
+    for k in range(n_real, state.position.shape[0], 2):
+        force = pair_of_forces(lanes, scheme, state, n_active, k)
+        v.tile_advance(force, k, state, scheme, None, None, None)

@@ -172,12 +172,16 @@ def _scalar_at(context, builder, fe_type, array, row, column, width):
     return _broadcast(builder, builder.load(at, align=8), width)
 
 
+def _load_any(context, builder, fe_type, array, row, width):
+    """Row of a lane array, or an entry of an array that lanes share in every lane."""
+    if fe_type.ndim == 1:
+        return _scalar_at(context, builder, fe_type, array, row, ZERO, width)
+    return _load_row(context, builder, fe_type, array, row, width)
+
+
 @_instruction(lanes.load, lambda lanes, array, row: LaneVector(len(lanes)))
 def _load(context, builder, sig, args):
-    (_, kind, _), (_, array, row), width = sig.args, args, sig.return_type.width
-    if kind.ndim == 1:
-        return _scalar_at(context, builder, kind, array, row, ZERO, width)
-    return _load_row(context, builder, kind, array, row, width)
+    return _load_any(context, builder, sig.args[1], *args[1:], sig.return_type.width)
 
 
 @_instruction(lanes.store, lambda array, row, vector: types.none)
@@ -279,6 +283,47 @@ def _tile_relax(context, builder, sig, args):
                 depth[b] = _fma(builder, builder.load(at, align=8), less, depth[b])
     packed = [cgutils.pack_array(builder, members) for members in (depth, x)]
     return context.make_tuple(builder, sig.return_type, [*packed, change])
+
+
+def _members(builder, kind, group):
+    """Types and values of the members of a NamedTuple, by name."""
+    values = cgutils.unpack_tuple(builder, group, len(kind.types))
+    return dict(zip(kind.fields, zip(kind.types, values, strict=True), strict=True))
+
+
+@_instruction(
+    lanes.tile_advance,
+    lambda force, first, state, scheme, before, external, step: types.none,
+)
+def _tile_advance(context, builder, sig, args):
+    tile, first, state, scheme, before, external, step = zip(sig.args, args, strict=True)
+    arrays = _members(builder, *state) | _members(builder, *scheme)
+    width = tile[0].dtype.width
+
+    def load(name):
+        return _load_any(context, builder, *arrays[name], k, width)
+
+    # a mode is stored before the next is loaded, which keeps LLVM from filling all registers
+    for i, force in enumerate(cgutils.unpack_tuple(builder, tile[1])):
+        k = builder.add(first[1], ir.Constant(INDEX, i))
+        gain = load("gain")
+        kick = builder.fmul(force, gain)
+        q, d = (builder.fadd(load(name), kick) for name in ("position", "increment"))
+        if before[0] != types.none:
+            shape = context.make_array(before[0])(context, builder, before[1]).shape
+            some = builder.icmp_signed(">", builder.extract_value(shape, 0), ZERO)
+            with builder.if_then(some, likely=True):
+                _store_row(context, builder, *before, k, d)
+        if step[0] != types.none:
+            stiff = builder.fmul(gain, load("squared"))
+            d = builder.fsub(builder.fmul(load("decay"), d), builder.fmul(stiff, q))
+            if external[0] != types.none:
+                push = _scalar_at(context, builder, *external, step[1], k, width)
+                d = builder.fadd(d, builder.fmul(push, gain))
+            q = builder.fadd(q, d)
+        _store_row(context, builder, *arrays["increment"], k, d)
+        _store_row(context, builder, *arrays["position"], k, q)
+    return context.get_dummy_value()
 
 
 @_instruction(lanes.tile_largest, lambda tile: tile.dtype)

@@ -11,7 +11,7 @@ import pytest
 
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
-from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, Shape, shape, shape_for
+from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, Shape, shape_for
 from hpcrub.contact.observers import Record
 from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.reduction import Modes
@@ -29,8 +29,8 @@ KIB = 1 << 10
 @pytest.mark.parametrize(
     ("registers", "cache", "shape"),
     [
-        (AVX512, 48 * KIB, Shape(12, 16, 72, 1)),
-        (AVX512, 32 * KIB, Shape(12, 8, 96, 1)),
+        (AVX512, 48 * KIB, Shape(12, 16, 72)),
+        (AVX512, 32 * KIB, Shape(12, 8, 96)),
         (AVX2, 32 * KIB, Shape(6, 8, 96)),
         (NEON, 64 * KIB, Shape(6, 8, 192)),
         (SSE2, 32 * KIB, Shape(6, 4, 192)),
@@ -46,7 +46,7 @@ def test_the_shape_of_usual_machines(registers, cache, shape):
 def test_any_shape_fits_registers_and_cache(registers, vector, cache):
     shape = shape_for(Machine(registers, vector, cache))
     row = max(shape.lanes // vector, 1)
-    fits = shape.tile * row + (3 if shape.beside else 1) * row + 1 <= registers
+    fits = (shape.tile + 1) * row + 1 <= registers
     assert fits or (shape.tile, shape.lanes) == (1, LANES[0])
     assert shape.block % shape.tile == shape.block % 2 == 0  # pairs are not cut
     assert shape.block == 12 or shape.block * ROWS * 8 * shape.lanes <= 0.75 * cache
@@ -89,8 +89,7 @@ def digests(call, *shapes, **environment):
 
 
 def test_no_shape_changes_a_bit():
-    shapes = [f"{tile}x8x{block}x{tile % 3 == 0:d}"
-              for tile, block in zip(TILES, (12, 24, 60, 36, 12), strict=True)]  # fmt: skip
+    shapes = [f"{tile}x8x{block}" for tile, block in zip(TILES, (12, 24, 60, 36, 12), strict=True)]
     first, *others = digests("digest()", *shapes, NUMBA_DISABLE_JIT="1")
     assert len(first) == 64
     assert others == [first] * len(others)
@@ -98,6 +97,5 @@ def test_no_shape_changes_a_bit():
 
 def test_no_shape_changes_a_bit_of_compiled_code():
     """Of one more shape: compiling takes long."""
-    beside = 1 - shape().beside
-    (other,) = digests("digest([4], ['planar'])", f"4x4x24x{beside}")
+    (other,) = digests("digest([4], ['planar'])", "4x4x24")
     assert other == digest([4], ["planar"])
