@@ -206,9 +206,9 @@ class Band:
 
     def _refill(self, lane, waiting, now):
         """Put the next waiting speed into a lane; leave the lane idle if there is none."""
-        bank.empty_lane(self.bank, lane)
         self.lanes[lane] = None
         if not waiting:
+            bank.empty_lane(self.bank, lane)
             return
         index = waiting.pop(0)
         speed = self.speeds_hz[index]
