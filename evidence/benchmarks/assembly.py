@@ -63,17 +63,18 @@ def assembly(text, triple, processor):
     return target.emit_assembly(module)
 
 
-def inner_loops(text):
-    """Instructions of every loop without a loop inside it."""
-    lines, labels, loops = text.splitlines(), {}, []
+def loops_of(text):
+    """Instructions of every loop, without those of loops inside it."""
+    lines, labels, loops = text.splitlines(), {}, set()
     for i, line in enumerate(lines):
         if line.endswith(":"):
             labels[line[:-1]] = i
         elif (jump := JUMP.match(line)) and jump.group(1) in labels:
-            loops.append((labels[jump.group(1)], i + 1))
-    inner = {a for a in loops if not any(a[0] <= b[0] and b[1] <= a[1] and a != b for b in loops)}
-    for begin, end in sorted(inner):
-        yield [line for line in lines[begin:end] if re.match(r"\t[a-z]", line)]
+            loops.add((labels[jump.group(1)], i + 1))
+    for begin, end in sorted(loops):
+        inside = [(a, b) for a, b in loops if begin <= a and b <= end and (a, b) != (begin, end)]
+        own = (i for i in range(begin, end) if not any(a <= i < b for a, b in inside))
+        yield [lines[i] for i in own if re.match(r"\t[a-z]", lines[i])]
 
 
 def count(pattern, loop):
@@ -86,15 +87,13 @@ def rows(name):
     registers, vector, triple, processor = MACHINES[name]
     shape = shape_for(Machine(registers, vector, SMALL_CACHE))
     row = shape.lanes // vector  # instructions for a product of all lanes
-    loops = list(inner_loops(assembly(unoptimized(), triple, processor)))
-    sums = [loop for loop in loops if count(FUSED, loop) >= shape.tile * row
+    loops = list(loops_of(assembly(unoptimized(), triple, processor)))
+    sums = [loop for loop in loops if count(FUSED, loop) in (shape.tile * row, 2 * shape.tile * row)
             and not count(PRODUCT, loop) and not count(STORE, loop)]  # fmt: skip
-    # the last loop of four products for a mode: corrector and predictor of real modes
-    products = [count(PRODUCT, loop) for loop in loops]
-    modes = [loop for loop, n in zip(loops, products, strict=True) if n and n % (4 * row) == 0
-             and bool(count(FUSED, loop)) == bool(shape.beside)][-1]  # fmt: skip
-    parts = "modal forces", "modes, first points" if shape.beside else "modes", "other points"
-    for part, loop in zip(parts, (sums[0], modes, sums[-1]), strict=True):
+    # four products for a mode of the tile: its corrector and predictor
+    modes = min((x for x in loops if count(PRODUCT, x) == 4 * row * shape.tile), key=len)
+    parts = {"modal forces": sums[0], "tile of modes": modes, "points": sums[-1]}
+    for part, loop in parts.items():
         counts = [count(pattern, loop) for pattern in (FUSED, LOAD, STORE, SPILL)]
         yield [name, f"{shape.tile} × {shape.lanes}", part, len(loop), *counts]
 

@@ -40,7 +40,6 @@ def measured():
     """Best rates of every shape, of the columns of the table."""
     machine, chosen = this_machine(), shape()
     all_ = {shape_of(tile, lanes, machine) for tile in TILES for lanes in LANES}
-    all_.add(chosen._replace(beside=1 - chosen.beside))
     with tempfile.TemporaryDirectory() as folder:
         processes = {each: start(each, folder) for each in sorted(all_ | {chosen})}
         best = dict.fromkeys(processes, (0.0,) * len(COLUMNS))
@@ -58,17 +57,16 @@ def section():
     """Parts of the page: the table of shapes, and how far the choice is from the best."""
     rates, chosen = measured(), shape()
     rows = [
-        [f"{each.tile} × {each.lanes}", "yes" if each.beside else "no",
-         *(f"{rate:.2f}" for rate in found), "the rule's" if each == chosen else ""]
+        [f"{each.tile} × {each.lanes}", *(f"{rate:.2f}" for rate in found),
+         "the rule's" if each == chosen else ""]
         for each, found in sorted(rates.items(), reverse=True)
     ]  # fmt: skip
     lines = []
     for column, name in enumerate(COLUMNS):
         best = max(rates, key=lambda each, column=column: rates[each][column])
         behind = 1.0 - rates[chosen][column] / rates[best][column]
-        loops = "one loop" if best.beside else "two loops"
-        words = f"{behind:.0%} behind the best, {best.tile} × {best.lanes} in {loops}"
+        words = f"{behind:.0%} behind the best, {best.tile} × {best.lanes}"
         lines.append([name, f"**{words}**" if behind > FAR else words])
-    heads = ["tile × lanes", "modes and first points in one loop", *COLUMNS, ""]
+    heads = ["tile × lanes", *COLUMNS, ""]
     return {"rates": table(heads, rows),
             "choice": table(["million steps/s", "the rule's choice"], lines)}  # fmt: skip
