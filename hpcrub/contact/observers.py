@@ -3,7 +3,7 @@
 An observer is a NamedTuple with a compiled static method
 ``observe(lanes, bank, observer, block, step, n_active)``. The method is called once the multipliers
 of a step are known and before they are applied. It returns how many active points are left to
-correct: 0 if it has applied the corrector itself, as it must to see displacements.
+correct: 0 if it has applied the corrector itself, as it must to see modal coordinates.
 """
 
 from typing import NamedTuple
