@@ -18,10 +18,11 @@ from hpcrub.errors import InputError
 MOST = 1000  # most runs of an input
 
 
-def expand(data: dict[str, Any]) -> list[dict[str, Any]]:
+def expand(data: dict[str, Any], names_output: bool = False) -> list[dict[str, Any]]:
     """Inputs of all runs, from an input that is not validated yet and has an `output`.
 
-    Raises InputError when `runs` is not a list of mappings.
+    names_output: whether the command line has named the output, which a run may not do as well.
+    Raises InputError when `runs` is not a list of mappings, or names an output a second time.
     """
     data = dict(data)
     if "runs" not in data:
@@ -29,6 +30,12 @@ def expand(data: dict[str, Any]) -> list[dict[str, Any]]:
     entries = data.pop("runs")
     if not isinstance(entries, list) or not 1 <= len(entries) <= MOST:
         raise InputError(f"runs: {show(entries)} is not a list of 1 to {MOST} runs")
+    own = [flatten(e)["output"] for e in entries if isinstance(e, dict) and "output" in flatten(e)]
+    if names_output and own:
+        raise InputError(
+            f"output: {show(data['output'])} would not reach the runs that name their own "
+            f"({show(own[0])}); give these runs no output in the input, or the command no --output"
+        )
     return [_run(data, entry) for entry in entries]
 
 

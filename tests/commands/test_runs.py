@@ -37,6 +37,15 @@ def test_a_table_at_the_end_and_the_total_before(folder, capfd):
         assert text in said
 
 
+def test_an_output_of_the_command_line_is_refused_where_runs_name_their_own(tmp_path):
+    """The runs' own outputs would be written, and with --overwrite replaced."""
+    path = tmp_path / "a.yaml"
+    path.write_text(TINY + "runs: [{output: first.h5}, {casing.n_bumps: 3}]")
+    assert len(load_runs(path)) == 2
+    with pytest.raises(InputError, match=r"'elsewhere.h5' would not reach .* \('first.h5'\)"):
+        load_runs(path, ["output=elsewhere.h5"])
+
+
 def test_runs_are_one_file_each_with_the_same_disks(folder, capfd):
     """A figure that does not suit them, the convergence of two samples, is left out in silence."""
     Path("a.yaml").write_text(TINY + DAMPINGS)
