@@ -30,16 +30,10 @@ def expand(data: dict[str, Any], names_output: bool = False) -> list[dict[str, A
     entries = data.pop("runs")
     if not isinstance(entries, list) or not 1 <= len(entries) <= MOST:
         raise InputError(f"runs: {show(entries)} is not a list of 1 to {MOST} runs")
-    own = [flatten(e)["output"] for e in entries if isinstance(e, dict) and "output" in flatten(e)]
-    if names_output and own:
-        raise InputError(
-            f"output: {show(data['output'])} would not reach the runs that name their own "
-            f"({show(own[0])}); give these runs no output in the input, or the command no --output"
-        )
-    return [_run(data, entry) for entry in entries]
+    return [_run(data, entry, names_output) for entry in entries]
 
 
-def _run(data, entry):
+def _run(data, entry, names_output):
     if not isinstance(entry, dict) or not entry:
         raise InputError(f"runs: {show(entry)} does not replace keys, as {{key.path: value}}")
     run = copy.deepcopy(data)
@@ -47,6 +41,12 @@ def _run(data, entry):
     if "output" not in replaced:
         label = "_".join(f"{key.rpartition('.')[2]}={_short(v)}" for key, v in replaced.items())
         run["output"] = str(without_suffix(str(data["output"])) / f"{label[:200]}.h5")
+    elif names_output:
+        raise InputError(
+            f"output: {show(data['output'])} would not reach the runs that name their own "
+            f"({show(replaced['output'])}); give these runs no output in the input, or the command "
+            "no --output"
+        )
     for path, value in replaced.items():
         set_key(run, path, value)
     return run

@@ -203,10 +203,7 @@ def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
         text = file.read(yaml_text.MAX_CHARACTERS + 1)
     try:
         data = _mapping(text)
-        replaced = set()
-        for override in overrides:
-            config_text.apply_override(data, override)
-            replaced.add(override.partition("=")[0].strip())
+        replaced = [config_text.apply_override(data, override) for override in overrides]
         data.setdefault("output", f"results/{Path(path).stem}.h5")
         return [Config(**run) for run in config_runs.expand(data, "output" in replaced)]
     except InputError as error:

@@ -90,8 +90,11 @@ def set_key(data: dict[str, Any], path: str, value: Any) -> None:
     data[key] = value
 
 
-def apply_override(data: dict[str, Any], override: str) -> None:
-    """Apply "key.path=value" to the data of an input. Raises InputError for other forms."""
+def apply_override(data: dict[str, Any], override: str) -> str:
+    """Apply "key.path=value" to the data of an input, and return the path of the key.
+
+    Raises InputError for other forms.
+    """
     path, equals, text = override.partition("=")
     if not equals or not all(path.strip().split(".")):
         raise InputError(f"override {show(override)} is not of the form key.path=value")
@@ -102,6 +105,7 @@ def apply_override(data: dict[str, Any], override: str) -> None:
         set_key(data, path.strip(), value)
     except InputError as error:
         raise InputError(f"override {show(override)}: {error}") from None
+    return path.strip()
 
 
 def key_table(model: type[BaseModel]) -> list[Key]:

@@ -43,10 +43,8 @@ def coefficients(
         c = damping_ratio * omega * h
         gain = h * h / (1.0 + c)
         return (1.0 - c) / (1.0 + c), gain
-    exact, slow = _exact(omega, damping_ratio, h), omega * h <= LARGEST_PHASE
-    if slow.all():
-        return exact
-    stiff = _trapezoidal(omega, damping_ratio, h)
+    exact, stiff = _exact(omega, damping_ratio, h), _trapezoidal(omega, damping_ratio, h)
+    slow = omega * h <= LARGEST_PHASE
     return np.where(slow, exact[0], stiff[0]), np.where(slow, exact[1], stiff[1])
 
 

@@ -288,10 +288,10 @@ class Band:
 
     def _strokes(self, lane, now):
         """Largest stroke in the last window and jump in the last two [m]; see `strokes`."""
-        n_observed, blocks = self.bank.scheme.observed.shape[1], 2 * self.window
-        history, n_rows = self.record.history, len(self.modes.observed)
-        per_block = len(history) // (n_observed * blocks)
-        return strokes(history, lane, n_observed, n_rows, now % blocks * per_block)
+        n_observed, n_rows = self.bank.scheme.observed.shape[1], len(self.modes.observed)
+        records = self.grid.steps_per_block // self.grid.stride  # of a block
+        oldest = now % (2 * self.window) * records
+        return strokes(self.record.history, lane, n_observed, n_rows, oldest)
 
     def _reverses(self, jump):
         """Whether a tip of a planar disk outruns its rotation; jump: between two records [m]."""
