@@ -9,6 +9,7 @@ folder named after the input's output; each file is named after the keys that it
 """
 
 import copy
+from collections.abc import Sequence
 from typing import Any
 
 from hpcrub.config.text import flatten, set_key, show
@@ -18,11 +19,12 @@ from hpcrub.errors import InputError
 MOST = 1000  # most runs of an input
 
 
-def expand(data: dict[str, Any], names_output: bool = False) -> list[dict[str, Any]]:
+def expand(data: dict[str, Any], given: Sequence[str] = ()) -> list[dict[str, Any]]:
     """Inputs of all runs, from an input that is not validated yet and has an `output`.
 
-    names_output: whether the command line has named the output, which a run may not do as well.
-    Raises InputError when `runs` is not a list of mappings, or names an output a second time.
+    given: keys that the command line has set. No run may replace an output among them, which it
+        would write in spite of it; some run must keep every other of them.
+    Raises InputError when `runs` is not a list of mappings, or replaces a given key so.
     """
     data = dict(data)
     if "runs" not in data:
@@ -30,23 +32,29 @@ def expand(data: dict[str, Any], names_output: bool = False) -> list[dict[str, A
     entries = data.pop("runs")
     if not isinstance(entries, list) or not 1 <= len(entries) <= MOST:
         raise InputError(f"runs: {show(entries)} is not a list of 1 to {MOST} runs")
-    return [_run(data, entry, names_output) for entry in entries]
+    replaced = [_replaced(entry) for entry in entries]
+    for key in given:
+        n_lost = sum(key in values for values in replaced)
+        if n_lost == len(replaced) or (n_lost and key == "output"):
+            value = show(flatten(data).get(key))
+            raise InputError(
+                f"{key}: {n_lost} of {len(replaced)} runs of the input replace {value} of the "
+                "command line; leave one of the two out"
+            )
+    return [_run(data, values) for values in replaced]
 
 
-def _run(data, entry, names_output):
+def _replaced(entry):
     if not isinstance(entry, dict) or not entry:
         raise InputError(f"runs: {show(entry)} does not replace keys, as {{key.path: value}}")
+    return flatten(entry)
+
+
+def _run(data, replaced):
     run = copy.deepcopy(data)
-    replaced = flatten(entry)
     if "output" not in replaced:
         label = "_".join(f"{key.rpartition('.')[2]}={_short(v)}" for key, v in replaced.items())
         run["output"] = str(without_suffix(str(data["output"])) / f"{label[:200]}.h5")
-    elif names_output:
-        raise InputError(
-            f"output: {show(data['output'])} would not reach the runs that name their own "
-            f"({show(replaced['output'])}); give these runs no output in the input, or the command "
-            "no --output"
-        )
     for path, value in replaced.items():
         set_key(run, path, value)
     return run

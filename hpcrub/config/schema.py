@@ -203,9 +203,9 @@ def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
         text = file.read(yaml_text.MAX_CHARACTERS + 1)
     try:
         data = _mapping(text)
-        replaced = [config_text.apply_override(data, override) for override in overrides]
+        given = [config_text.apply_override(data, override) for override in overrides]
         data.setdefault("output", f"results/{Path(path).stem}.h5")
-        return [Config(**run) for run in config_runs.expand(data, "output" in replaced)]
+        return [Config(**run) for run in config_runs.expand(data, given)]
     except InputError as error:
         raise InputError(config_text.one_line(f"{path}: {error}")) from None
 

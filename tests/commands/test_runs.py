@@ -42,8 +42,17 @@ def test_an_output_of_the_command_line_is_refused_where_runs_name_their_own(tmp_
     path = tmp_path / "a.yaml"
     path.write_text(TINY + "runs: [{output: first.h5}, {casing.n_bumps: 3}]")
     assert len(load_runs(path)) == 2
-    with pytest.raises(InputError, match=r"'elsewhere.h5' would not reach .* \('first.h5'\)"):
+    with pytest.raises(InputError, match=r"output: 1 of 2 runs .* replace 'elsewhere.h5'"):
         load_runs(path, ["output=elsewhere.h5"])
+
+
+def test_a_key_of_the_command_line_that_every_run_replaces_is_refused(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text(TINY + DAMPINGS.replace("output: low.h5", "casing: {n_bumps: 3}"))
+    with pytest.raises(InputError, match=r"damping_ratio: 2 of 2 runs .* replace 0.001 of the"):
+        load_runs(path, ["material.damping_ratio=0.001"])
+    bumps = [config.casing.n_bumps for config in load_runs(path, ["casing.n_bumps=5"])]
+    assert bumps == [5, 3]
 
 
 def test_runs_are_one_file_each_with_the_same_disks(folder, capfd):
