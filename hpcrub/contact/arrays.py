@@ -18,7 +18,7 @@ class Scheme(NamedTuple):
     normal: np.ndarray  # R, normal displacement of the contact points (K, C) [1/√kg]
     observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
     stress: np.ndarray  # stresses whose largest is recorded, by `tables.vectors` [Pa/(m·√kg)]
-    load: np.ndarray  # Gᵀ, modal forces of unit multipliers (F + 1, K + TILE), last row zero
+    load: np.ndarray  # Gᵀ, modal forces of unit multipliers (F + 1, ≥ K + TILE), last row zero
     decay: np.ndarray  # (K, L) [-]
     gain: np.ndarray  # (K, L) [s²]
     # ω² [rad²/s²]: (K,), or (K, L) where it depends on the speed of rotation of a lane

@@ -15,6 +15,8 @@ from hpcrub.contact.recurrence import coefficients
 from hpcrub.contact.tables import columns, vectors
 from hpcrub.model.reduction import Modes
 
+KIB = 128  # numbers in a KiB
+
 
 def allocate(
     modes: Modes, scene: Scene, grid: Grid, width: int, speeds_hz: Iterable[float] = ()
@@ -44,8 +46,9 @@ def _allocate_scheme(modes, scene, grid, width, law):
     own = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
     own[0, : len(modes.normal)] = interface.clearance
     n_modes = len(rows.omega)
-    # tiles of modes may begin anywhere
-    load = np.pad(law.loads(rows, scene).T, ((0, 1), (0, TILE)))
+    # tiles of modes may begin anywhere; rows whole KiB apart would share few places of a cache
+    room = TILE if (n_modes + TILE) % KIB else TILE + 8
+    load = np.pad(law.loads(rows, scene).T, ((0, 1), (0, room)))
     observed = aligned(columns(rows.observed))
     return Scheme(
         normal=aligned(normal),
