@@ -11,6 +11,7 @@ from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.results.layout import DONE
+from hpcrub.runs import verdict
 from hpcrub.runs.verdict import (
     MOST,
     REMARK,
@@ -359,3 +360,10 @@ def test_energy_of_the_disks_that_cut(folder, monkeypatch):
     found = np.concatenate([line.get_ydata() for line in drawn.lines])
     np.testing.assert_array_equal(np.sort(found), np.sort(taken.max(axis=1)))
     assert any(line.startswith("wear takes ") for line in energy.STUDY.report(coated))
+
+
+def test_the_extremes_of_all_disks_are_known_by_no_number_of_samples():
+    """Percentiles 0 and 100 ended in an OverflowError after all samples were computed."""
+    (finding,) = verdict.few([0, 50, 100], 20)
+    assert "percentiles 0, 100 have no 95 % interval" in str(finding)
+    assert "convergence.percentiles without 0 and 100" in str(finding)

@@ -71,7 +71,8 @@ def _speeds(file, counts):
     """Peaks at an end of the speeds, and peaks that the steps between speeds may miss."""
     n, speeds = max(1, int(counts.peaks.sum())), file.config.speeds
     yield from verdict.at_the_ends(file.config, counts.lowest, counts.highest, n, most=FEW)
-    if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in (speeds.from_hz, speeds.to_hz):
+    ends = speeds.values_hz[[0, -1]]  # the last may lie below to_hz
+    if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in ends:
         yield Finding(
             USELESS,
             "tuned peak at the edge of the speeds",
