@@ -148,11 +148,12 @@ def few(percentiles: Iterable[float], n: int) -> Iterator[Finding]:
     ends = {p: min(p, 100.0 - p) / 100.0 for p in percentiles}
     unknown = [p for p, end in ends.items() if (1.0 - end) ** n > tail]
     if n > 1 and unknown:
-        least = min(ends.values())  # 0: no number of samples bounds the extremes of all disks
-        advice = "convergence.percentiles without 0 and 100"
+        least = min(ends.values())
         if least > 0.0:
             needed = int(np.ceil(np.log(tail) / np.log1p(-least)))
             advice = f"mistuning.samples of {needed} and more"
+        else:  # no number of samples bounds the extremes of all disks
+            advice = "convergence.percentiles without 0 and 100"
         yield Finding(
             REMARK,
             "few samples",

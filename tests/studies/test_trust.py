@@ -11,7 +11,6 @@ from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.results.layout import DONE
-from hpcrub.runs import verdict
 from hpcrub.runs.verdict import (
     MOST,
     REMARK,
@@ -19,6 +18,7 @@ from hpcrub.runs.verdict import (
     USELESS,
     Finding,
     block,
+    few,
     is_usable,
     kinematics,
     not_resolved,
@@ -84,6 +84,18 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
         assert why in verdict
         assert what in text
     assert "at 1 of 4 peaks both neighbouring speeds are more than 10 % lower" in text
+
+
+def test_a_tuned_peak_at_the_last_speed_is_marked_where_the_steps_do_not_reach_the_end(file):
+    config, counts = (
+        file.config.replace({"speeds.from_hz": 33.8, "speeds.to_hz": 34.3}),
+        survey(file),
+    )
+    found = SimpleNamespace(config=config, read=file.read)
+    assert config.speeds.values_hz[-1] == file.read("tuned/peak_speed_hz") < config.speeds.to_hz
+    edge = "tuned peak at the edge of the speeds"
+    assert edge in str(list(trust._speeds(found, counts)))
+    assert edge not in str(list(trust._speeds(file, counts)))
 
 
 def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
@@ -364,6 +376,6 @@ def test_energy_of_the_disks_that_cut(folder, monkeypatch):
 
 def test_the_extremes_of_all_disks_are_known_by_no_number_of_samples():
     """Percentiles 0 and 100 ended in an OverflowError after all samples were computed."""
-    (finding,) = verdict.few([0, 50, 100], 20)
+    (finding,) = few([0, 50, 100], 20)
     assert "percentiles 0, 100 have no 95 % interval" in str(finding)
     assert "convergence.percentiles without 0 and 100" in str(finding)
