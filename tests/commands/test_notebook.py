@@ -11,7 +11,7 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import key_table
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.studies import STUDIES
-from tests.program import ENVIRONMENT, ROOT
+from tests.program import ENVIRONMENT, ROOT, refusal
 
 
 def test_a_study_from_python(folder, capfd, monkeypatch):
@@ -98,3 +98,4 @@ def test_keys_are_printed(capsys):
     printed = capsys.readouterr().out
     wanted = [key.path for key in key_table(Config) if "casing" in key.path]
     assert [line.partition(":")[0] for line in printed.splitlines()[::2]] == wanted
+    assert refusal(keys.main, ["clearence"]) == "no key has 'clearence' in its path"

@@ -6,6 +6,7 @@ import io
 import os
 import pty
 import re
+import subprocess
 import sys
 
 import pytest
@@ -59,6 +60,23 @@ def test_an_output_without_our_characters_gets_others(monkeypatch):
     progress.console().print("sigma of ±2 %: σ")
     plain.flush()
     assert plain.buffer.getvalue().rstrip() == b"sigma of ?2 %: ?"
+
+
+def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):
+    """`hpcrub keys | head` was a traceback; so was a study whose log stood on a full disk."""
+    (tmp_path / "a.yaml").write_text("study: modal\noutput: a.h5\n")
+    environment = os.environ | ENVIRONMENT | {"PYTHONPATH": str(ROOT)}
+    end, gone = os.pipe()
+    os.close(end)
+    with os.fdopen(gone, "w") as left, open("/dev/full", "w") as full:
+        for out, lost in ((left, ""), (full, "No space left on device")):
+            for words in (["keys"], ["run", "a.yaml", "--overwrite", "--no-figures"]):
+                line = [sys.executable, "-m", "hpcrub", *words]
+                how = {"cwd": tmp_path, "env": environment, "stderr": subprocess.PIPE}
+                done = subprocess.run(line, stdout=out, text=True, **how)
+                said = f"hpcrub: nothing is printed any more: {lost}\n" if lost else ""
+                assert (done.returncode, done.stderr) == (0, said)
+    assert run_here("a.yaml", "--status", folder=tmp_path) == 0
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/ptmx"), reason="no terminals here: no /dev/ptmx")
