@@ -82,6 +82,8 @@ class Job:
         self.phase("loading the kernel")
         problem = self.study.problem_of(self.prepared)
         warm_up(self.team, self.config, problem, self.study.histories, self.progress)
+        if self.progress:
+            self.progress.begin()
 
     def n_done(self) -> tuple[int, int]:
         """Number of finished parts of the job, and of all parts (rank 0)."""
@@ -125,7 +127,8 @@ class Job:
     def _collect(self, task, seconds):
         self.status[task] = DONE
         self.work += Work(1, 0, seconds)
-        self.progress.part(self.study.unit, *self.n_done())
+        ends_early = not self.study.of_tasks  # a search needs no more than its answer
+        self.progress.part(self.study.unit, *self.n_done(), self.work.n_done, ends_early)
 
 
 class Study:

@@ -9,11 +9,17 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+from hpcrub import studies
+from hpcrub.config.schema import Config
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.ranks import progress
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.runlog import Work
 from hpcrub.response.band import NARROWEST
+from hpcrub.runs.study import Job
 from tests.program import ENVIRONMENT, ROOT, TINY, command, error_lines, run, run_here
 
 COLUMNS = 60  # of the terminal
@@ -60,6 +66,19 @@ def test_an_output_without_our_characters_gets_others(monkeypatch):
     progress.console().print("sigma of ±2 %: σ")
     plain.flush()
     assert plain.buffer.getvalue().rstrip() == b"sigma of ?2 %: ?"
+
+
+@pytest.mark.parametrize(("study", "most"), [("threshold", "at most "), ("linear", "")])
+def test_the_time_left_is_told_and_that_a_search_may_end_before_all(study, most, capsys):
+    """25 of this run took 100 s, and 100 are left; of 13,200 disks a search took 1,276."""
+    run = studies.run_of(Config(study=study))
+    job = Job(run, Team(), None, None, progress.Progress(run.config))
+    job.status, job.work = np.repeat(np.uint8([1, 0]), [49, 101]), Work(24)
+    job.progress.began -= 100.0
+    job.progress.shown -= 100.0
+    job._collect(49, 1.0)
+    told = f"{run.study.unit}: 50 of {most}150, {most}6.67 min left\n"
+    assert capsys.readouterr().out == told
 
 
 def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):
