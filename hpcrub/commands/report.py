@@ -17,7 +17,8 @@ from hpcrub import __version__
 from hpcrub.commands.plot import of_study
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted, flatten, key_table, lines_of, show
-from hpcrub.errors import HpcrubError
+from hpcrub.config.types import without_suffix
+from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES
 from hpcrub.plot.families import labels
 from hpcrub.ranks.progress import say
@@ -38,7 +39,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("files", nargs="+", metavar="FILE.h5")
     parser.add_argument("--out", metavar="REPORT.html", help="beside the first file by default")
     options = parser.parse_args(argv)
-    target = Path(options.out or Path(options.files[0]).with_suffix(".html"))
+    target = Path(options.out or f"{without_suffix(options.files[0])}.html")
+    if target.is_file() and not target.read_bytes().startswith(b"<!doctype html>"):
+        raise InputError(f"{target} is no report, and is not replaced; choose another --out")
     page = render(options.files)
     try:
         target.write_text(page, encoding="utf-8")

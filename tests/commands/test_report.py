@@ -2,6 +2,7 @@
 
 import html
 import re
+import shutil
 
 import h5py
 import pytest
@@ -68,6 +69,22 @@ def test_of_several_files_it_says_in_which_keys_they_differ(folder, capsys):
 def test_another_study_has_its_own_answer(folder):
     page = render([str(folder / "linear.h5")])
     assert "percentiles 1/50/99 of the linear amplification" in page
+
+
+def test_a_report_replaces_nothing_but_a_report(folder, capsys):
+    """`--out` replaced a result, and reports of r_0.25 and r_0.50 had one name."""
+    for name in ("r_0.25", "r_0.50", "result.html"):
+        shutil.copy(folder / "linear.h5", folder / name)
+    for _ in range(2):
+        assert main(["report", str(folder / "r_0.25")]) == 0
+    assert main(["report", str(folder / "r_0.50")]) == 0
+    assert {"r_0.25.html", "r_0.50.html"} <= {path.name for path in folder.iterdir()}
+    before = (folder / "c.h5").read_bytes()
+    assert main(["report", str(folder / "linear.h5"), "--out", str(folder / "c.h5")]) == 2
+    assert main(["report", str(folder / "result.html")]) == 0
+    assert "is no report, and is not replaced" in capsys.readouterr().err
+    assert (folder / "c.h5").read_bytes() == before
+    open_result(folder / "result.html").close()
 
 
 def test_what_is_no_result_file_is_refused(folder):
