@@ -29,12 +29,15 @@ def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
     if len(runs) == 1:
         _one(runs[0], existing, n_ranks)
         return
-    examine_all(list(runs), existing)
+    examined = examine_all(list(runs), existing)
     total = 0.0
     for number, run in enumerate(runs, 1):
         say(f"\nrun {number} of {len(runs)}")
-        total += _one(run, existing, n_ranks)
-    say(f"\nall {len(runs)} runs:          {_estimate(total, n_ranks)}")
+        if run in examined:
+            total += _one(run, existing, n_ranks)
+        else:
+            say(f"computes:             {run.amount()}, not estimated: from a run before it")
+    say(f"\nall {counted(len(examined), 'run')}:          {_estimate(total, n_ranks)}")
 
 
 def _one(run, existing, n_ranks):

@@ -36,16 +36,22 @@ class Finished(NamedTuple):
     n_ranks: int
 
 
-def examine_all(runs: list[Run], existing: Existing) -> None:
-    """Examine several runs before any work (rank 0). Raises InputError for the first error."""
+def examine_all(runs: list[Run], existing: Existing) -> list[Run]:
+    """Examine several runs before any work (rank 0). Raises InputError for the first error.
+
+    Returns those that were examined; another one starts from what a run before it computes.
+    """
     made: set[str] = set()
+    examined = []
     for run in runs:
         path = os.path.realpath(run.config.output)
         if path in made:
             raise InputError(f"runs: two runs have the output {run.config.output}")
         if made.isdisjoint(map(os.path.realpath, run.config.sources)):  # else sources are missing
             examine(run, existing)
+            examined.append(run)
         made.add(path)
+    return examined
 
 
 def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:

@@ -77,9 +77,12 @@ def test_runs_of_one_pattern_have_no_statistics(folder):
     assert pictures == ["compare.png", "damping_ratio=0.005.png"]
 
 
-def test_a_run_may_start_from_the_one_before(folder):
+def test_a_run_may_start_from_the_one_before(folder, capfd):
+    """Its dry run was refused, as the first result is not there yet."""
     second = "{study: energy, sources: [first.h5], energy.samples: 1, output: second.h5}"
     Path("a.yaml").write_text(TINY + f"runs: [{{output: first.h5}}, {second}]")
+    assert cli.main(["a.yaml", "--dry-run"]) == 0
+    assert "energy, 2 tasks, not estimated: from a run before it" in capfd.readouterr().out
     assert cli.main(["a.yaml", "--no-figures"]) == 0
     open_result("second.h5").close()
 
