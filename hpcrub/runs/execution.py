@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hpcrub import __version__
+from hpcrub.config import checks
 from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
 from hpcrub.ranks import progress
@@ -57,15 +58,15 @@ def examine_all(runs: list[Run], existing: Existing) -> list[Run]:
 def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
     """Check a run before any work (rank 0). Raises InputError for any error.
 
-    Returns what the study's `prepare` returns, and warnings about unresolved numbers.
+    Returns what the study's `prepare` returns, and warnings: keys without effect, and what is not
+    resolved.
     """
     check_output(run, existing)
     memory.check(run)
-    prepared = run.prepare()
-    if not run.study.integrates:
-        return prepared, []
-    problem = run.study.problem_of(prepared)
-    return prepared, list(plausibility.warnings(run.config, problem))
+    prepared, warnings = run.prepare(), list(checks.idle(run.config))
+    if run.study.integrates:
+        warnings += plausibility.warnings(run.config, run.study.problem_of(prepared))
+    return prepared, warnings
 
 
 def check_output(run: Run, existing: Existing) -> bool:

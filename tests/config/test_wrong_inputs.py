@@ -5,6 +5,7 @@ import pytest
 from hpcrub import studies
 from hpcrub.config.schema import Config
 from hpcrub.config.yaml_text import MAX_CHARACTERS
+from hpcrub.runs import execution
 from tests.program import refusal
 
 TWELVE = "[210, 211, 212, 213, 214, 215, 209, 208, 207, 206, 205, 204]"
@@ -153,6 +154,28 @@ WRONG = [
 @pytest.mark.parametrize(("text", "message"), WRONG, ids=[text[:40] for text, _ in WRONG])
 def test_wrong_inputs(text, message):
     assert message in error_of(text)
+
+
+IDLE = [
+    ("sources: [b.h5]", "sources: ['b.h5'] has no effect: a study modal starts from no other"),
+    ("casing: {clearance_mm: 0.3, clearance_hz_mm: [[33, 0.3], [36, 0.2]]}",
+     "casing.clearance_mm: 0.3 has no effect: clearance_hz_mm is in its place"),
+    ("casing: {smoothing_mm: 9}", "no profile is given"),
+    ("material: {damping_ratio: 0.01, damping_ratios: [0.02]}", "damping_ratios are in its place"),
+    ("steady_state: {rule: last_window, max_error: 0.1}", "the rule is last_window"),
+    ("steady_state: {confirmations: 3}", "confirmations: 3 has no effect: the rule is"),
+    ("mistuning: {truncation: 2}", "mistuning.truncation: 2.0 has no effect: nothing is normal"),
+    ("mistuning: {pattern_unit: hz}", "mistuning.pattern_unit: 'hz' has no effect: no pattern"),
+    ("limits: {stress_mpa_per_mm: 9}", "limits.stress_mpa is missing"),
+    ("limits: {probability_below: 0.01}", "0.01 has no effect: the study is modal, not rare"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "message"), IDLE, ids=[text[:40] for text, _ in IDLE])
+def test_keys_without_effect_are_named_by_a_run_and_a_dry_run(text, message, folder):
+    run = studies.run_of(Config.from_yaml(f"study: modal\noutput: a.h5\n{text}"))
+    (warning,) = execution.examine(run, execution.Existing())[1]
+    assert message in warning
 
 
 def test_more_errors_are_counted():
