@@ -23,7 +23,7 @@ from hpcrub.plot import FIGURES
 from hpcrub.plot.families import labels
 from hpcrub.ranks.progress import say
 from hpcrub.results import model_file
-from hpcrub.results.layout import DONE
+from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.studies import open_result, run_of
@@ -76,21 +76,21 @@ def _facts(path):
     with open_result(path) as file:
         study, config, status = run_of(file.config).study, file.config, file.status
         lines = study.verdict(file)
-        n_done = int(np.count_nonzero(status == DONE))
-        partly = f"{n_done} of {counted(status.size, study.unit.rstrip('s'))} are done."
-        enough = n_done == status.size or study.is_enough(file)
+        n_done = int(np.count_nonzero(status != PENDING))
+        complete = n_done == status.size or study.is_enough(file)
+        of = counted(status.size, study.unit.rstrip("s"))
+        partly = "" if complete else f"not complete, {n_done} of {of} are done; what is there is "
         return {
             "name": Path(path).name,
             "study": study.name,
             "what": study.what,
-            "verdict": lines,
-            "usable": verdict.is_usable(lines),
+            "verdict": partly + lines[0],
+            "usable": complete and verdict.is_usable(lines),
             "headline": next(iter(study.report(file)), "").removesuffix(f"; {lines[0]}"),
-            "done": "" if enough else f"The study is not complete: {partly}",
             "asked": list(_asked(config)),
             "answer": _answer(file, study),
             "figures": list(_figures([path])),
-            "checks": [*lines[1:], *file.warnings] or ["Nothing speaks against these results."],
+            "checks": list(dict.fromkeys([*lines[1:], *file.warnings])),
             "left_out": list(_left_out(config)),
             "provenance": list(_provenance(path, file)),
         }

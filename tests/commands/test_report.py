@@ -9,9 +9,12 @@ import pytest
 
 from hpcrub.__main__ import main
 from hpcrub.commands.report import render
-from hpcrub.studies import open_result
+from hpcrub.config.schema import Config
+from hpcrub.results import layout
+from hpcrub.runs import execution, result_files
+from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import trust
-from tests.program import TINY, run_here
+from tests.program import TINY, lay_out, run_here
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +72,20 @@ def test_of_several_files_it_says_in_which_keys_they_differ(folder, capsys):
 def test_another_study_has_its_own_answer(folder):
     page = render([str(folder / "linear.h5")])
     assert "percentiles 1/50/99 of the linear amplification" in page
+
+
+def test_what_is_not_complete_is_not_called_usable_and_what_has_failed_is_over(tmp_path):
+    """A page to sign said "Usable." of a study without a result, and a warning twice."""
+    text = "study: linear\nmistuning: {samples: 20}\nlimits: {probability_below: 0.1}"
+    run = run_of(Config.from_yaml(text))
+    warning = execution.examine(run, execution.Existing())[1][0]
+    result_files.lay_out(tmp_path / "none.h5", run, {"warnings": f"not resolved: {warning}"})
+    page = render([str(tmp_path / "none.h5")])
+    assert 'class="verdict no">Not complete, 0 of 4 tasks are done; what is there is u' in page
+    assert page.count(html.escape(warning)) == 1
+    with h5py.File(lay_out(tmp_path / "failed.h5"), "r+") as file:
+        file["samples/status"][...] = layout.FAILED
+    assert "ot complete" not in render([str(tmp_path / "failed.h5")])
 
 
 def test_a_report_replaces_nothing_but_a_report(folder, capsys):
