@@ -94,11 +94,7 @@ class Job:
 
     def summary(self, seconds: float) -> None:
         """Print verdict and results (rank 0); seconds: wall time of this run."""
-        out = console()
-        for place, line in enumerate(self.study.verdict(self.file)):
-            print_line(out, f"- {line}" if place else f"Verdict: {line}.")
-        for line in self.study.report(self.file):
-            print_line(out, line)
+        self.study.print_results(self.file)
 
     def _take_stock(self):
         self.status = self.file.status
@@ -224,6 +220,12 @@ class Study:
     def verdict(self, file: ResultFile) -> list[str]:
         """Verdict on the results, followed by lines of advice."""
         return verdict.block([*verdict.not_resolved(file.warnings), *self.findings(file)])
+
+    def print_results(self, file: ResultFile) -> None:
+        """Print verdict and results."""
+        first, *advice = self.verdict(file)
+        for line in (f"Verdict: {first}.", *(f"- {line}" for line in advice), *self.report(file)):
+            print_line(console(), line)
 
 
 class StudyInTime(Study):

@@ -69,9 +69,11 @@ def test_of_several_files_it_says_in_which_keys_they_differ(folder, capsys):
     assert "2 results compared" in page
 
 
-def test_another_study_has_its_own_answer(folder):
+def test_another_study_has_its_own_answer(folder, capsys):
     page = render([str(folder / "linear.h5")])
     assert "percentiles 1/50/99 of the linear amplification" in page
+    assert main(["inspect", str(folder / "linear.h5")]) == 0
+    assert "percentiles 1/50/99 of the linear amplification" in capsys.readouterr().out
 
 
 def test_what_is_not_complete_is_not_called_usable_and_what_has_failed_is_over(tmp_path):
