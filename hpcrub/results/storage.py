@@ -365,7 +365,7 @@ def _array(path, name, dataset):
     if dataset.nbytes > DEFLATED * held:
         raise OSError(f"{name}: claims {dataset.nbytes:,} bytes, and holds {held:,}")
     text = h5py.check_string_dtype(dataset.dtype)
-    return np.array(dataset.asstr()[()]) if text else dataset[()]
+    return np.array(dataset.asstr("utf-8")[()]) if text else dataset[()]
 
 
 def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:

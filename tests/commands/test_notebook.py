@@ -40,6 +40,19 @@ def test_input_files_are_configurations_too(folder):
         hpcrub.run("a.yaml", output="four.h5", quiet=True)
 
 
+def test_any_name_of_a_file_is_taken_and_returned_as_it_is(folder, monkeypatch):
+    """A name beyond the first 65,536 characters was no file name, and ~ was returned as it was."""
+    monkeypatch.setenv("HOME", str(folder))
+    table = folder / "\U0001f600é.csv"
+    table.write_text("angle_deg,radius_change_mm\n0,0\n90,-1\n180,0\n270,-1\n")
+    config = hpcrub.Config(study="modal", casing={"profile_csv": str(table)}, output="~/-x.h5")
+    with hpcrub.open(hpcrub.run(config, quiet=True)) as file:
+        assert file.config.casing.profile_csv == str(table)
+    made = hpcrub.run({"study": "modal", "output": "-x.h5"}, quiet=True, overwrite=True)
+    assert made.exists()
+    assert (folder / "-x.h5").exists()
+
+
 @pytest.mark.parametrize("make", [hpcrub.run, lambda keys: hpcrub.Config().replace(keys)])
 @pytest.mark.parametrize(
     ("keys_of_input", "message"),
