@@ -3,6 +3,7 @@
 import io
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from rich.console import Console
@@ -53,6 +54,19 @@ def test_a_key_of_the_command_line_that_every_run_replaces_is_refused(tmp_path):
         load_runs(path, ["material.damping_ratio=0.001"])
     bumps = [config.casing.n_bumps for config in load_runs(path, ["casing.n_bumps=5"])]
     assert bumps == [5, 3]
+
+
+def test_a_dry_run_with_resume_counts_what_is_there(folder, capfd):
+    """It told the time of a whole study, also of one that was finished."""
+    text = "study: linear\nmistuning: {samples: 2}\noutput: a.h5\n"
+    Path("a.yaml").write_text(text)
+    with h5py.File(lay_out(Path("a.h5"), text), "r+") as file:
+        file["status"][:3] = 1
+    assert cli.main(["a.yaml", "--dry-run", "--resume"]) == 0
+    assert "already there:        75 %" in capfd.readouterr().out
+    assert cli.main(["a.yaml", "--no-figures", "--resume"]) == 0
+    assert cli.main(["a.yaml", "--dry-run", "--resume"]) == 0
+    assert "estimated run time:   0 s on 1 rank, 0 core hours" in capfd.readouterr().out
 
 
 def test_runs_are_one_file_each_with_the_same_disks(folder, capfd):
