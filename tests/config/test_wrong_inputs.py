@@ -80,7 +80,7 @@ WRONG = [
     ("study: &a contact\noutput: *a", "line 2, column 9: aliases (*) are not supported"),
     ("study: !!python/name:os.system", "line 1, column 8: could not determine a constructor"),
     ("study: \x07", "not YAML: unacceptable character"),
-    ("a" * (MAX_CHARACTERS + 1), "longer than the 100,000 characters"),
+    ("a" * (MAX_CHARACTERS + 1), "longer than the 500,000 characters"),
     # damping
     ("material: {damping_of: families}", "damping_of: families needs material.damping_ratios"),
     ("material: {damping_bands_hz: [100]}", "damping_of: modes needs material.damping_ratios"),
