@@ -16,7 +16,8 @@ from hpcrub.config.schema import Config, differences, load_runs
 from hpcrub.errors import InputError
 from hpcrub.plot.pictures import draw
 from hpcrub.ranks.runlog import RunLog, Work
-from hpcrub.runs import execution
+from hpcrub.runs import cost, execution
+from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
 from tests.plot.stored import PATTERN, PHYSICS
 from tests.program import TINY, lay_out, refusal
@@ -54,6 +55,15 @@ def test_a_key_of_the_command_line_that_every_run_replaces_is_refused(tmp_path):
         load_runs(path, ["material.damping_ratio=0.001"])
     bumps = [config.casing.n_bumps for config in load_runs(path, ["casing.n_bumps=5"])]
     assert bumps == [5, 3]
+
+
+@pytest.mark.parametrize("n_speeds", [1, 2, 9, 41])
+def test_the_trial_of_a_dry_run_takes_as_many_speeds_as_a_disk_of_the_study(n_speeds):
+    """Few speeds leave lanes idle: filled up in the trial, they seemed up to four times as fast."""
+    speeds = {"from_hz": 33.5, "to_hz": 33.5 + 0.05 * (n_speeds - 1)}
+    config = Config(speeds=speeds, steady_state={"first_check_s": 0.05, "max_time_s": 0.2})
+    tried = cost.trial(config, build_problem(config)).result
+    assert len(tried.time) == n_speeds
 
 
 def test_a_dry_run_with_resume_counts_what_is_there(folder, capfd):
