@@ -28,6 +28,7 @@ WRONG = [
     ("convergence: {stop_when_converged: yes}", "stop_when_converged: 'yes' is not true or false"),
     ("output: 3", "output: 3 is not a file name"),
     ('output: "a/.."', "output: 'a/..' is not a file name"),
+    ("output: results/", "output: 'results/' is not a file name"),
     ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
     ("disk: {least_clearance_mm: 3}", "disk.least_clearance_mm: 3.0 is what a model file tells"),
     ("disk: {model: a.h5, n_strips: 2}", "disk.n_strips: 2 is what a model file tells"),
