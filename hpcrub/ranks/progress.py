@@ -76,21 +76,19 @@ class Progress:
 
     def __init__(self, config: Config) -> None:
         self.config = config
-        self.console = console()
-        self.begin()
+        self.began = self.shown = time.monotonic()
         self.already = self.done = self.total = 0
 
     def say(self, text: str) -> None:
         """Print a line."""
-        print_line(self.console, text)
+        print_line(console(), text)
 
     def part(
         self, what: str, n_done: int, n_total: int, n_now: int = 0, at_most: bool = False
     ) -> None:
         """Print that n_done of n_total parts are done; what: their name, such as tasks.
 
-        n_now: number of those since `begin`, which tell the time left; at_most: whether it may end
-        before all are done.
+        n_now: number of those since `began`, which tell the time left; at_most: it may end before.
         """
         if self._is_due(n_done == n_total):
             most, left = "at most " * at_most, ""
@@ -99,13 +97,9 @@ class Progress:
                 left = f", {most}{duration(seconds)} left"
             self.say(f"{what}: {n_done} of {most}{n_total}{left}")
 
-    def begin(self) -> None:
-        """Begin to measure the time."""
-        self.began = self.shown = time.monotonic()
-
     def start(self, status: np.ndarray) -> None:
         """Begin the samples; status (V, n): that of each sample in the file."""
-        self.begin()
+        self.began = self.shown = time.monotonic()
         self.already = self.done = int(np.count_nonzero(status != PENDING))
         self.total = status.size
         if self.already:

@@ -83,7 +83,7 @@ class Job:
         problem = self.study.problem_of(self.prepared)
         warm_up(self.team, self.config, problem, self.study.histories, self.progress)
         if self.progress:
-            self.progress.begin()
+            self.progress.began = time.monotonic()  # of the tasks, whose time left is told
 
     def n_done(self) -> tuple[int, int]:
         """Number of finished parts of the job, and of all parts (rank 0)."""
