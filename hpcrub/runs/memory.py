@@ -44,7 +44,7 @@ def estimate(run: Run) -> int:
         records = history.n_records(
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
         )
-        kept = config.n_coordinates + 3 * config.disk.n_points  # forces, displacements, gaps
+        kept = config.n_coordinates + 4 * config.disk.n_points  # forces, displacements, gaps
         integration += NUMBER * records * kept * len(history.LANES)
     return max(INTERPRETER + model + rows + integration, COMPILING * study.integrates)
 
