@@ -33,8 +33,6 @@ def problems(config: Any) -> Iterator[str]:
 def idle(c: Any) -> Iterator[str]:
     """Yield lines about keys that an input gives and that other keys leave without effect."""
     of_rule = f"the rule is {c.steady_state.rule}"
-    apart = (c.threshold.highest - c.threshold.lowest) / (len(c.threshold.values) - 1)
-    too_fine = c.threshold.tolerance < (1.0 - 1e-9) * apart
     no_profile = c.casing.profile_csv is None and c.casing.profile_mm is None
     rules = (
         ("sources", c.study != "energy", f"a study {c.study} starts from no other"),
@@ -47,7 +45,6 @@ def idle(c: Any) -> Iterator[str]:
         ("mistuning.truncation", c.mistuning.distribution != "normal", "nothing is normal"),
         ("mistuning.pattern_unit", c.mistuning.pattern is None, "no pattern is given"),
         ("limits.stress_mpa_per_mm", c.limits.stress_mpa is None, "limits.stress_mpa is missing"),
-        ("threshold.tolerance", too_fine, f"the finest of so wide a range is {apart:.3g}"),
         ("limits.probability_error", c.study != "rare", f"the study is {c.study}, not rare"),
         ("limits.probability_below", c.study != "rare", f"the study is {c.study}, not rare"),
     )

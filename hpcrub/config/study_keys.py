@@ -63,8 +63,8 @@ class Threshold(Section):
     @property
     def values(self) -> np.ndarray:
         """Values that may be tested (V,), evenly spaced; the number of steps is a power of two."""
-        steps = np.clip((self.highest - self.lowest) / self.tolerance, 1.0, MOST_VALUES - 1)
-        n = 2 ** int(np.ceil(np.log2(steps) - 1e-9))
+        steps = max((self.highest - self.lowest) / self.tolerance, 1.0)
+        n = min(2 ** int(np.ceil(np.log2(steps) - 1e-9)), MOST_VALUES - 1)
         return np.round(np.linspace(self.lowest, self.highest, n + 1), 10)
 
 

@@ -167,8 +167,6 @@ IDLE = [
     ("steady_state: {confirmations: 3}", "confirmations: 3 has no effect: the rule is"),
     ("mistuning: {truncation: 2}", "mistuning.truncation: 2.0 has no effect: nothing is normal"),
     ("mistuning: {pattern_unit: hz}", "mistuning.pattern_unit: 'hz' has no effect: no pattern"),
-    ("threshold: {tolerance: 1e-3, highest: 2}", "the finest of so wide a range is 0.00195"),
-    ("threshold: {tolerance: 1e-310}", "threshold.tolerance: 1e-310 has no effect: the finest"),
     ("limits: {stress_mpa_per_mm: 9}", "limits.stress_mpa is missing"),
     ("limits: {probability_below: 0.01}", "0.01 has no effect: the study is modal, not rare"),
 ]  # fmt: skip
