@@ -263,8 +263,8 @@ class Limits(Section):
     """of a rare study, which ends when half the 95 % interval of the probability of exceeding a
     limit is below this part of the probability [-]"""
     probability_below: Number | None = Field(None, ge=1e-9, lt=1)
-    """of a rare study, which ends when the 95 % interval of this probability lies below or above
-    this one [-]"""
+    """of a rare study, which ends when this probability is known to be below or above this one, by
+    an interval of 99.5 %, because it is tested repeatedly [-]"""
 
     amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
 

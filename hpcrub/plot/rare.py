@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.rare import estimate, extrapolated
+from hpcrub.statistics.rare import count, estimate, extrapolated
 from hpcrub.studies.contact.limits import severities
 from hpcrub.studies.rare import answer, in_full, last_estimate
 
@@ -47,7 +47,7 @@ def _draw_tail(axes: Axes, file: ResultFile, n: int) -> None:
     known = computed & np.isfinite(size)
     low, high = np.quantile(size[known], 0.3), max(1.0, size[known].max())
     at = np.linspace(low, high + 0.1 * (high - low), 40)
-    chance = np.array([estimate(computed & ~(size <= one), inclusion) for one in at]).T
+    chance = np.array([estimate(count(computed & ~(size <= one), inclusion)) for one in at]).T
     some = chance[0] > 0.0
     bars = np.abs(chance[1:] - chance[0])[:, some]
     axes.errorbar(
