@@ -16,6 +16,7 @@ NOT_RESOLVED = "not resolved"  # first words of warnings of `setup.plausibility`
 MOST = 5  # most lines below a verdict
 FEW = 0.05  # share of points or peaks, or change of a peak, above which a result is useless
 FAR = 0.2  # of the tip radius: larger displacements are beyond a linear model of blades
+BEYOND = "count as beyond the limit"  # meaning of a disk without a result
 SMALL = 0.1  # of the casing's reach: largest radial error by small displacements
 
 
@@ -88,6 +89,15 @@ def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
         f'{points} have no result, mostly by "{status.words(int(fatal.argmax()))}": leave these '
         "speeds out, or change contact.friction, casing or damping",
     )
+
+
+def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
+    """Finding about n_lost of n disks without a result; meaning: what the study makes of them."""
+    if n_lost:
+        words = f"{n_lost} of {n} disks have no result"
+        yield Finding(
+            USELESS if n_lost > FEW * n else REMARK, words, f"{words} at any speed, and {meaning}"
+        )
 
 
 def unsettled(config: Config, n_lost: int, n: int, of: str) -> Iterator[Finding]:

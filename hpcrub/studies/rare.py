@@ -209,10 +209,7 @@ class Rare(Study):
             )  # fmt: skip
         size, n = file.read("peak_amplitude_m")[computed], int(np.count_nonzero(computed))
         lost = int(np.count_nonzero(~np.isfinite(size)))
-        if lost:
-            words = f"{lost} of {n} disks have no result"
-            weight = USELESS if lost > verdict.FEW * n else verdict.REMARK
-            yield Finding(weight, words, f"{words} at any speed, and count as beyond the limit")
+        yield from verdict.without_result(lost, n, verdict.BEYOND)
         unsteady = int(np.count_nonzero(file.read("peak_status")[computed] == NOT_STEADY))
         yield from verdict.unsettled(config, unsteady, n, "peaks")
         if speeds.n_values > 1:

@@ -10,7 +10,7 @@ from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.results.layout import DONE
+from hpcrub.results.layout import DONE, FAILED
 from hpcrub.runs.verdict import (
     MOST,
     REMARK,
@@ -216,6 +216,9 @@ def test_limits_have_a_probability_with_its_interval(file):
     assert "±2 %: 0 of 2 disks exceed 10000 MPa without the rotation's stress, a" in text
     (line,) = limits.largest_line(file, survey(file))
     assert line == "largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa"
+    contact_file.write_sample(file, 1, 1, {"status": FAILED})
+    text = "\n".join(limits.limit_lines(file, usable=True))
+    assert "±4 %: 1 of 2 disks exceed 35 mm or have no result, a probability of 1.3 to 99" in text
 
 
 @pytest.mark.parametrize("n", [10, 40, 190])

@@ -7,7 +7,7 @@ import numpy as np
 
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED
-from hpcrub.results.layout import DONE
+from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies.contact import layout
@@ -76,6 +76,12 @@ def n_counted(file: ResultFile) -> int:
     known = np.isfinite(file.read(layout.AMPLIFICATION.dataset("percentile"))).any(axis=1)  # (V, K)
     blocks = np.flatnonzero(known.all(axis=0))
     return int(file.read(layout.SAMPLES_SEEN, blocks[-1])) if len(blocks) else n_all
+
+
+def n_failed(file: ResultFile, level: int) -> int:
+    """Number of samples of a level without a result, among those that count."""
+    status = file.read("samples/status", (level, slice(n_counted(file))))
+    return int(np.count_nonzero(status == FAILED))
 
 
 def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
