@@ -44,6 +44,10 @@ def steady_problems(config: Config) -> Iterator[str]:
          f"steady_state.max_time_s: {steady.max_time_s:g} s are over before the first test, which "
          f"compares twice {steady.window_revolutions} revolutions at {speeds.from_hz:g} Hz; at "
          f"least {2.0 * longest:.4g} s are needed"),
+        (steady.rule == "last_window" and steady.extend_revolutions < steady.window_revolutions,
+         f"steady_state.extend_revolutions: {steady.extend_revolutions} are less than the "
+         f"{steady.window_revolutions} of steady_state.window_revolutions, so that the windows of "
+         "two checks would overlap"),
         (not has_no_test and config.casing.growth_time > begins,
          f"casing.growth_time_s: the bumps still grow at {begins:.4g} s, when the first test of "
          "the steady state begins; a shorter one, or steady_state.first_check_s of at least "
