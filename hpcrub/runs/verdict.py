@@ -1,6 +1,7 @@
 """Verdicts on results: whether they are usable, why not, and what to do."""
 
 from collections.abc import Iterable, Iterator
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -100,28 +101,38 @@ def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
         )
 
 
-def unsettled(config: Config, n_lost: int, n: int, of: str) -> Iterator[Finding]:
-    """Finding about n_lost of n peaks or points (`of`) whose motion has not settled in its time."""
+def unsettled(
+    config: Config, n_lost: int, n: int, of: str, key: str = "steady_state.max_time_s"
+) -> Iterator[Finding]:
+    """Finding about n_lost of n peaks or points (`of`) whose motion has not settled in its time.
+
+    key: of the longest time of a motion.
+    """
     if not n_lost:
         return
     what = "may cut deeper" if config.contact.wears else "may still grow or decay"
-    why, longer = f"{n_lost} of {n} {of} have not settled", config.steady_state.max_time_s
-    advice = f"{why} within their time and {what}: steady_state.max_time_s above {longer:g}"
+    why, longer = f"{n_lost} of {n} {of} have not settled", attrgetter(key)(config)
+    advice = f"{why} within their time and {what}: {key} above {longer:g}"
     yield Finding(USELESS if n_lost > FEW * n else SINGLE, why, advice)
 
 
 def of_points(
-    config: Config, amplitude: np.ndarray, states: np.ndarray, reasons: np.ndarray
+    config: Config,
+    amplitude: np.ndarray,
+    states: np.ndarray,
+    reasons: np.ndarray,
+    key: str = "steady_state.max_time_s",
 ) -> Iterator[Finding]:
     """Findings against the points of some disks, or starts, at some speeds.
 
     - amplitude: (D, S) displacements or energies, whose peak over the speeds counts.
     - states, reasons: (D, S) codes of ``status``.
+    - key: see `unsettled`.
     """
     n = int(np.count_nonzero(states != NO_POINT))
     yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
-    yield from unsettled(config, int(np.count_nonzero(states == NOT_STEADY)), n, "points")
-    known = np.isfinite(amplitude).any(axis=1)
+    yield from unsettled(config, int(np.count_nonzero(states == NOT_STEADY)), n, "points", key)
+    known = (np.nan_to_num(amplitude) > 0.0).any(axis=1)
     if not known.any() or amplitude.shape[1] == 1:
         return
     yield from of_peaks(config, np.nanargmax(amplitude[known], axis=1))

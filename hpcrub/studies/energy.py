@@ -219,7 +219,9 @@ class Energy(StudyInTime):
         names = "energy_j", "point_status", "point_reason"
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all
-        yield from verdict.of_points(file.config, energy.max(axis=2), states, reasons)
+        yield from verdict.of_points(
+            file.config, energy.max(axis=2), states, reasons, "steady_state.max_time_s"
+        )
 
 
 STUDY = Energy()

@@ -214,6 +214,7 @@ class Rare(Study):
         yield from verdict.unsettled(config, unsteady, n, "peaks")
         if speeds.n_values > 1:
             at = file.read("pilot_peak_hz")
+            at = at[file.read("peak_amplitude_m")[: len(at)] > 0.0]
             yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
         yield from verdict.kinematics(config, size)
 

@@ -117,7 +117,7 @@ def half_step_moves(file: ResultFile) -> np.ndarray:
 
 def _errors(file, counts):
     """Standard errors of peaks that are means; they hold for the same motion continued."""
-    error, n = 2.0 * counts.averaged[0], max(1, int(counts.peaks.sum()))
+    error, n = 2.0 * counts.error, max(1, int(counts.peaks.sum()))
     if np.isfinite(error):
         yield Finding(
             SINGLE if error > FEW else REMARK,
@@ -137,7 +137,10 @@ def _reference(file):
         yield Finding(REMARK, "one tuned run", advice)
         return
     below, above = shared_uncertainty(file)
-    if np.isfinite(above) and max(below, above) > 0.0:
+    if np.isnan(below) or np.isnan(above):
+        words = f"{len(runs)} tuned runs are too few for a 95 % interval of their median"
+        yield Finding(REMARK, "few tuned runs", f"{words}: mistuning.tuned_runs of 6 and more")
+    elif max(below, above) > 0.0:
         yield Finding(
             SINGLE if max(below, above) > FAR_OFF / 2 else REMARK,
             f"tuned peak known to -{percent(below)} +{percent(above)} %",
