@@ -169,15 +169,15 @@ def few(percentiles: Iterable[float], n: int) -> Iterator[Finding]:
     ends = {p: min(p, 100.0 - p) / 100.0 for p in percentiles}
     unknown = [p for p, end in ends.items() if (1.0 - end) ** n > tail]
     if n > 1 and unknown:
-        least = min(ends.values())
-        if least > 0.0:
+        advice = []
+        if least := min((ends[p] for p in unknown if ends[p] > 0.0), default=0.0):
             needed = int(np.ceil(np.log(tail) / np.log1p(-least)))
-            advice = f"mistuning.samples of {needed} and more"
-        else:  # no number of samples bounds the extremes of all disks
-            advice = "convergence.percentiles without 0 and 100"
+            advice.append(f"mistuning.samples of {needed} and more")
+        if 0.0 in ends.values():  # no number of samples bounds the extremes of all disks
+            advice.append("convergence.percentiles without 0 and 100")
         yield Finding(
             REMARK,
             "few samples",
             f"percentiles {', '.join(f'{p:g}' for p in unknown)} have no 95 % interval with "
-            f"{n} samples: {advice}",
+            f"{n} samples: {', '.join(advice)}",
         )

@@ -120,11 +120,12 @@ class Threshold(Study):
         if key.startswith(NEVER_KEYS):
             yield f"threshold.key: {key} changes no disk"
             return
-        for value in (config.threshold.lowest, config.threshold.highest):
+        for value in map(float, config.threshold.values):
             try:
                 at_value(config, value)
             except InputError as error:
                 yield f"threshold.key: {value:g}: {error}"
+                return
 
     def cost(self, config: Config) -> Cost:
         """Cost of the disks that a few values need until their intervals leave out the target."""

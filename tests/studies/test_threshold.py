@@ -30,6 +30,8 @@ REFUSED = {
     "limits.amplitude_mm=null": "needs limits.amplitude_mm or limits.stress_mpa",
     "mistuning.half_range_percent=[1, 2]": "a threshold study is of one level",
     "threshold.lowest=-1": "casing.clearance_mm",
+    "threshold.key=casing.n_bumps": "casing.n_bumps",
+    "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 1024",
 }
 
 

@@ -419,3 +419,5 @@ def test_the_extremes_of_all_disks_are_known_by_no_number_of_samples():
     (finding,) = few([0, 50, 100], 20)
     assert "percentiles 0, 100 have no 95 % interval" in str(finding)
     assert "convergence.percentiles without 0 and 100" in str(finding)
+    (finding,) = few([0, 1, 50], 20)  # 0.99**367.1 is 0.025
+    assert "mistuning.samples of 368 and more, convergence.percentiles without 0" in str(finding)
