@@ -23,7 +23,7 @@ def rare(canvas: Canvas, file: ResultFile) -> None:
     looks, tail = canvas.panels(1, 2, (13.0, 5.2))[0]
     n = last_estimate(file)[0]
     _draw_looks(looks, file, n)
-    if n:
+    if np.isfinite(severities(file)[:n]).any():
         _draw_tail(tail, file, n)
     canvas.note(answer(file))
 
