@@ -53,8 +53,9 @@ def _draw_tail(axes: Axes, file: ResultFile, n: int) -> None:
     axes.errorbar(
         at[some], chance[0, some], bars, fmt="o", ms=4, color=BLUE, capsize=2, label="disks"
     )
-    curves = extrapolated(size[known], 1.0 / inclusion[known], at)
-    for color, (name, (least, middle, most)) in zip((ORANGE, GREEN), curves.items(), strict=True):
+    varied = np.ptp(size[known]) > 0.0
+    curves = extrapolated(size[known], 1.0 / inclusion[known], at) if varied else {}
+    for color, (name, (least, middle, most)) in zip((ORANGE, GREEN), curves.items(), strict=False):
         axes.fill_between(at, least, most, color=color, alpha=0.2, lw=0)
         axes.plot(at, middle, "--", lw=1.2, color=color, label=f"extrapolation: {name}")
     axes.axvline(1.0, color=BLACK, lw=1.2, ls=":", label="limit")

@@ -210,6 +210,8 @@ def extrapolated(
 ) -> dict[str, np.ndarray]:
     """Probabilities of exceeding values (X,), from distributions fitted to severities (n,).
 
+    The severities must not all be equal.
+
     weight: number of disks that each stands for (n,); runs: of the bootstrap. Returns percentiles
     2.5, 50 and 97.5 of the probabilities, {name: (3, X)}. Sources: Castanier, Pierre, J. Propuls.
     Power 22 (2006), on the Weibull distribution of largest values, which has an upper end;
@@ -219,7 +221,7 @@ def extrapolated(
 
     rng, share = np.random.default_rng(0), weight / weight.sum()
     n = min(int(1.0 / (share * share).sum()), len(severity))
-    unit = np.median(severity)  # the fits start from values about 1
+    unit = severity.mean()  # the fits start from values about 1
     severity, at = severity / unit, at / unit
     weibull, pareto = np.full((2, runs, len(at)), np.nan)
     for run in range(runs):

@@ -103,13 +103,15 @@ def test_a_stop_changes_no_bit(brute, sampled, monkeypatch):
     assert datasets(sampled) == first
 
 
-def test_disks_without_a_result_have_a_figure_and_a_verdict(sampled, tmp_path):
+@pytest.mark.parametrize("size", [np.nan, 0.0])
+def test_disks_without_a_result_or_that_do_not_touch_have_a_figure(sampled, tmp_path, size):
     shutil.copy(sampled, tmp_path / "lost.h5")
     with open_result(tmp_path / "lost.h5", mode="r+") as file:
-        file.write({"peak_amplitude_m": np.full(N, np.nan)}, ())
+        file.write({"peak_amplitude_m": np.full(N, size)}, ())
         tail = plot.rare(file)[1]
-        assert not lines(tail)
-        assert any("disks have no result" in finding.why for finding in rare.STUDY.findings(file))
+        assert bool(lines(tail)) == np.isfinite(size)
+        told = any("disks have no result" in finding.why for finding in rare.STUDY.findings(file))
+        assert told == np.isnan(size)
 
 
 def test_the_draws_are_uniform_and_depend_on_seed_and_sample_alone(brute):
