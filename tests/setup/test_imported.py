@@ -20,7 +20,7 @@ from hpcrub.setup import imported, input_files
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import modal
-from tests.program import swept
+from tests.program import refusal, swept
 
 SECTOR = "disk: {model: sector.h5}\n"
 
@@ -93,6 +93,18 @@ def test_keys_that_the_model_file_fills_in(sector):
     assert Config.from_yaml(config.to_yaml()) == config  # without the file
     model_file.write("reduced.h5", reduced_arrays(7))
     assert read("disk: {model: reduced.h5}").reduction.n_modes == 10
+
+
+@pytest.mark.parametrize(
+    ("name", "spoil", "words"),
+    [  # each of them changed nothing, or ended the study with a traceback
+        ("fixed", lambda _: [0, 1], "fixed: 2 rows of a reduced model, all of whose"),
+    ],
+)
+def test_arrays_that_a_reduced_model_cannot_have_are_refused(folder, name, spoil, words):
+    arrays = reduced_arrays()
+    model_file.write("reduced.h5", arrays | {name: np.array(spoil(arrays.get(name)))})
+    assert f"reduced.h5: {words}" in refusal(read, "disk: {model: reduced.h5}")
 
 
 @pytest.mark.parametrize(

@@ -179,6 +179,11 @@ def _check_members(model):
     for name in ("contact_node", "low", "high", "surface"):
         _check_inside(name, "node", getattr(model, name), len(model.nodes))
     _check_inside("fixed", "row", model.fixed, len(model.dof))
+    if model.kind == "reduced" and len(model.fixed):
+        raise InputError(
+            f"fixed: {len(model.fixed)} rows of a reduced model, all of whose coordinates are free; "
+            "leave held ones out of its matrices"
+        )
     if not len(model.contact_node):
         raise InputError("contact_node: no contact nodes; a blade without them cannot rub")
     for name in ("contact_blade", "contact_clearance", "contact_normal"):
