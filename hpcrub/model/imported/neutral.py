@@ -215,7 +215,7 @@ def _check_sector(model):
 
 def _check_blades(model):
     _check_inside("stress_blade", "blade", model.stress_blade, model.n_blades)
-    blades, count = np.unique(model.contact_blade, return_counts=True)
+    blades = np.unique(model.contact_blade)
     missing = np.flatnonzero(blades != np.arange(len(blades)))
     if len(missing):
         lost = missing[0] if blades[0] >= 0 else blades[0]
@@ -224,10 +224,10 @@ def _check_blades(model):
         )
     if model.n_sectors not in (0, len(blades)):
         raise InputError(f"n_sectors: {model.n_sectors}, and contact_blade names {len(blades)}")
-    if model.kind == "reduced" and model.blade_stiffness is not None:
-        n = len(model.blade_stiffness)
-        if n != len(count):
-            raise InputError(f"K_blade: of {n} blades, contact_blade names {len(count)}")
+    of_blades = ("K_blade", model.blade_stiffness), ("blade_frequencies_hz", model.blade_frequencies)
+    for name, values in of_blades if model.kind == "reduced" else ():
+        if values is not None and len(values) != len(blades):
+            raise InputError(f"{name}: of {len(values)} blades, contact_blade names {len(blades)}")
 
 
 def _check_dof(dof, n_nodes):
