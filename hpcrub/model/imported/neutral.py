@@ -224,7 +224,10 @@ def _check_blades(model):
         )
     if model.n_sectors not in (0, len(blades)):
         raise InputError(f"n_sectors: {model.n_sectors}, and contact_blade names {len(blades)}")
-    of_blades = ("K_blade", model.blade_stiffness), ("blade_frequencies_hz", model.blade_frequencies)
+    of_blades = (
+        ("K_blade", model.blade_stiffness),
+        ("blade_frequencies_hz", model.blade_frequencies),
+    )
     for name, values in of_blades if model.kind == "reduced" else ():
         if values is not None and len(values) != len(blades):
             raise InputError(f"{name}: of {len(values)} blades, contact_blade names {len(blades)}")

@@ -276,6 +276,21 @@ def test_blade_without_contact_nodes_is_named():
     assert "blade 3 has no contact nodes" in refusal(use, arrays)
 
 
+def test_blades_are_numbered_around_the_disk_either_way():
+    """Laws of neighbours and patterns go by the numbers; 0, 2, 4, 1, 3 goes around, but twice."""
+    arrays = disk_arrays()
+    for order in ([0, 1, 2, 3, 4], [3, 2, 1, 0, 4]):
+        use(arrays | {"contact_blade": np.array(order)[arrays["contact_blade"]]})
+    crossed = (
+        ([1, 0, 2, 3, 4], "1 lies -1"),
+        ([0, 1, 3, 2, 4], "2 lies 2"),
+        ([0, 3, 1, 4, 2], "1 lies 2"),
+    )
+    for order, words in crossed:
+        spoilt = arrays | {"contact_blade": np.array(order)[arrays["contact_blade"]]}
+        assert f"contact_blade: {words} pitches beyond" in refusal(use, spoilt)
+
+
 def test_energy_of_a_blade_is_that_of_its_cantilever_modes_and_of_its_root(disk):
     """With all cantilever modes: u'K u = q' Lambda q + root' (Guyan stiffness) root, any u."""
     blade = 1
