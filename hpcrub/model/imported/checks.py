@@ -154,7 +154,7 @@ def _check_order(model):
     tips, n = model.nodes[model.contact_node], model.n_blades
     x, y = (np.bincount(model.contact_blade, tips[:, axis]) for axis in (0, 1))
     at = x + 1j * y
-    pitches = np.round(np.angle(np.roll(at, -1) / at) * n / (2 * np.pi))
+    pitches = np.round(np.angle(np.roll(at, -1) * at.conj()) * n / (2 * np.pi))
     lost = np.flatnonzero(pitches != np.sign(np.median(pitches)))
     if len(lost):
         raise InputError(

@@ -149,7 +149,24 @@ def from_arrays(arrays: dict) -> NeutralModel:
     )
     left.finish()
     _check_members(model)
-    return model
+    return model if kind == "sector" else _alike(model)
+
+
+def _alike(model):
+    """Put the contact points of every blade in the order of one blade's, as their places tell."""
+    tips, pitch = model.nodes[model.contact_node], 2 * np.pi / model.n_blades
+    flat, z = tips[:, 0] + 1j * tips[:, 1], tips[:, 2]
+    own = [np.flatnonzero(model.contact_blade == blade) for blade in range(model.n_blades)]
+    first, order = min(own, key=len), np.arange(len(tips))
+    for mine in own:
+        pitches = np.round(np.angle(flat[mine].sum() * flat[first].sum().conj()) / pitch)
+        turned = flat[mine] * np.exp(-1j * pitch * pitches)
+        apart = np.abs(flat[first, None] - turned) + np.abs(z[first, None] - z[mine])
+        nearest = apart.argmin(axis=1)
+        if len(np.unique(nearest)) == len(first):  # else the blades are not alike
+            order[mine] = mine[[*nearest, *np.setdiff1d(np.arange(len(mine)), nearest)]]
+    names = "contact_node", "contact_clearance", "contact_normal"
+    return model._replace(**{name: getattr(model, name)[order] for name in names})
 
 
 def to_arrays(model: NeutralModel) -> dict:
