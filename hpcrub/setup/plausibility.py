@@ -11,7 +11,6 @@ import numpy as np
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
 from hpcrub.config.text import lines_of
-from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.scene import can_touch
@@ -66,6 +65,10 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _wave_warnings(config, problem)
 
 
+def _tuned(config):
+    return np.zeros(config.disk.n_blades)
+
+
 def _are_few(steps, wanted):
     return steps < wanted * (1.0 - 1e-9)
 
@@ -96,7 +99,7 @@ def _air_warnings(config, problem):
     if problem.reduced.air is None:
         return
     n_level, n = len(config.levels) - 1, min(LOOKED_AT, len(config.samples))
-    drawn = [np.zeros(config.disk.n_blades), *(deviation(config, n_level, k) for k in range(n))]
+    drawn = [_tuned(config), *(deviation(config, n_level, k) for k in range(n))]
     waves = [mistuned_modes(problem.reduced, blades).waves for blades in drawn]
     least, *others = [of_disk.damping_ratio.min() for of_disk in waves if of_disk]
     fluttering = np.count_nonzero(np.array(others) <= 0.0)
@@ -158,8 +161,10 @@ def _noise_warnings(config):
 def _time_warnings(config, problem):
     """Warn of windows shorter than a period, and of times too short for transients to decay."""
     omega = np.sqrt(problem.reduced.tuned_eigenvalues)
-    steady, ratio = config.steady_state, ratios(config.damping, omega)
-    constant = 1.0 / float((ratio * omega).min())  # time constant of the slowest transient [s]
+    steady, modes = config.steady_state, mistuned_modes(problem.reduced, _tuned(config))
+    decay = float((modes.damping_ratios(config.damping) * modes.joined.omega).min())  # slowest
+    constant = 1.0 / decay if decay > 0.0 else np.inf  # of casing or air without damping [s]
+    within = f"within {SETTLED * constant:.2g} s" if decay > 0.0 else "never"
     needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / omega[0]))
     left = float(np.exp(-steady.first_check / constant))
     return lines_of(
@@ -168,8 +173,8 @@ def _time_warnings(config, problem):
          "less than a period of the slowest mode; steady_state.window_revolutions of "
          f"{needed} are needed"),
         (steady.rule == "ensemble" and SETTLED * constant > steady.max_time,
-         f"not steady: transients decay within {SETTLED * constant:.2g} s, steady_state.max_time_s "
-         f"is {steady.max_time_s:g}; motions that do not repeat stay marked as not steady"),
+         f"not steady: transients decay {within}, steady_state.max_time_s is "
+         f"{steady.max_time_s:g}; motions that do not repeat stay marked as not steady"),
         (steady.rule == "last_window" and left > TRANSIENT,
          f"not resolved: transients decay with a time constant of {constant:.2g} s, of which "
          f"steady_state.first_check_s of {steady.first_check_s:g} leaves up to {100 * left:.2g} %: "
@@ -179,7 +184,7 @@ def _time_warnings(config, problem):
 
 
 def _friction_warnings(config, problem):
-    scene, modes = problem.scene, mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
+    scene, modes = problem.scene, mistuned_modes(problem.reduced, _tuned(config))
     critical = critical_friction(modes, scene.elastic_casing)
     if scene.friction > critical:
         rate = growth_rate(modes, scene.damping_ratio, scene.friction)
