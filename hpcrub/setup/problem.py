@@ -138,7 +138,7 @@ def coating_of(config: Config, interface: Interface) -> Coating | None:
     c = config.contact.coating
     area, width = config.disk.blade.thickness * config.disk.width, config.disk.width
     if config.disk.model is not None:
-        width = float(np.ptp(interface.axial_position)) or np.nan  # unknown from one node
+        width = float(np.ptp(interface.axial_position)) if interface.n_strips > 1 else np.nan
     if c.tip_area_mm2 is not None:
         area = c.tip_area_mm2 / 1e6
     return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area, width)

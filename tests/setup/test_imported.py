@@ -84,6 +84,19 @@ def test_nodes_with_a_clearance_of_their_own_get_the_step_of_both_together(folde
     assert near.step == pytest.approx(plain.step)
 
 
+def test_nodes_of_all_blades_meet_the_same_strips_of_a_coating(folder):
+    """Places are rounded where a mesh is written; each blade met strips of its own."""
+    arrays = reduced_arrays()
+    arrays["nodes"] += 5e-6 * np.random.default_rng(6).uniform(-1, 1, arrays["nodes"].shape)
+    model_file.write("noisy.h5", arrays)
+    law = "contact: {law: abradable, coating: {tip_area_mm2: 420}}\n"
+    config = read(law + "disk: {model: noisy.h5}")
+    scene = build_problem(config).scene
+    assert (config.disk.n_strips, scene.n_strips) == (2, 2)
+    at = scene.interface.axial_position
+    np.testing.assert_array_equal(scene.interface.strip, at > 0.0)
+
+
 def test_keys_that_the_model_file_fills_in(sector):
     config = read(SECTOR + "reduction: {n_modes: 7}")
     d = config.disk
