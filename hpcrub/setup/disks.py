@@ -56,15 +56,17 @@ def deviation(config: Config, level: int, sample: int) -> np.ndarray:
 def sigma_of(config: Config) -> np.ndarray:
     """Standard deviation of a blade's stiffness on every level of the file, (V,) [-].
 
-    An explicit pattern has the standard deviation of its blades.
+    An explicit pattern has the standard deviation of its blades, and an intentional one beneath
+    random deviations adds its own variance to theirs.
     Source: Joachim, Nyssen, Batailly 2020, equation (4).
     """
     if config.pattern_deviation is not None:
         return np.array([np.std(config.pattern_deviation)])
     half_range, law = config.mistuning.half_range, config.mistuning.law
+    beneath = float(np.std(law.intentional or (0.0,)))  # the blades hold whole repetitions
     if config.mistuning.pattern_file is not None:
         return np.full(len(half_range), np.std(input_files.patterns(config)))
-    return half_range / np.sqrt(3) if law.distribution == "uniform" else half_range * law.sigma
+    return np.hypot(half_range * law.sigma, beneath)
 
 
 def disks(config: Config) -> np.ndarray:

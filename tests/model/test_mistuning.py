@@ -124,7 +124,13 @@ def test_the_input_says_which_law():
     for level, half in enumerate((0.01, 0.02, 0.03, 0.04)):
         expected = stiffness_deviation(2020, level, 3, 12, half, law)
         np.testing.assert_allclose(deviation(config, level, 3), expected, rtol=1e-15)
-    assert sigma_of(config)[3] == pytest.approx(truncnorm(-2, 2, scale=0.02).std())
+    # the variances of independent parts add up, for all blades of many disks together
+    pattern = np.std([0.05, -0.05, 0.0])
+    expected = np.hypot(truncnorm(-2, 2, scale=0.02).std(), pattern)
+    assert sigma_of(config)[3] == pytest.approx(expected, rel=1e-12)
+    many = draws(2020, 3, range(N), law, half_range=0.04)
+    assert many.std() == pytest.approx(expected, rel=0.01)
+    assert sigma_of(Config())[3] == pytest.approx(0.04 / np.sqrt(3), rel=1e-15)
 
 
 def test_a_disk_stays_itself_in_all_its_runs():
