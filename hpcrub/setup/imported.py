@@ -45,7 +45,7 @@ def resolved(config: Config) -> Config:
         "disk.n_directions": directions,
         "disk.n_strips": 1 + int(strips(z, radius).max()),
         "disk.n_stresses": len(model.stress_blade) * (model.n_sectors or 1),
-        "disk.static_mpa": float(1e-6 * static.max()) if len(static) else None,
+        "disk.static_mpa": float(1e-6 * static.max(initial=0.0)) if len(static) else None,
         "disk.tip_radius_mm": float(1e3 * radius.max()),
         "disk.least_clearance_mm": float(1e3 * model.contact_clearance.min()),
     }

@@ -123,11 +123,11 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
 
 
 def _beside_rotation(config, interface):
-    """Interface with stresses raised for the stress of rotation (Goodman), where it is known."""
+    """Interface with stresses raised for the tension of rotation (Goodman), where it is known."""
     strength, static = config.limits.strength_mpa, interface.stress_static
     if strength is None or not len(static):
         return interface
-    left = 1.0 - static / (1e6 * strength)
+    left = 1.0 - np.maximum(static, 0.0) / (1e6 * strength)  # compression is no margin
     return interface._replace(stress=interface.stress / left[:, None])
 
 
