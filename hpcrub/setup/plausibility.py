@@ -11,6 +11,7 @@ import numpy as np
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
 from hpcrub.config.text import lines_of
+from hpcrub.model import families
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.scene import can_touch
@@ -65,10 +66,6 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _wave_warnings(config, problem)
 
 
-def _tuned(config):
-    return np.zeros(config.disk.n_blades)
-
-
 def _are_few(steps, wanted):
     return steps < wanted * (1.0 - 1e-9)
 
@@ -99,7 +96,7 @@ def _air_warnings(config, problem):
     if problem.reduced.air is None:
         return
     n_level, n = len(config.levels) - 1, min(LOOKED_AT, len(config.samples))
-    drawn = [_tuned(config), *(deviation(config, n_level, k) for k in range(n))]
+    drawn = [np.zeros(config.disk.n_blades), *(deviation(config, n_level, k) for k in range(n))]
     waves = [mistuned_modes(problem.reduced, blades).waves for blades in drawn]
     least, *others = [of_disk.damping_ratio.min() for of_disk in waves if of_disk]
     fluttering = np.count_nonzero(np.array(others) <= 0.0)
@@ -161,7 +158,8 @@ def _noise_warnings(config):
 def _time_warnings(config, problem):
     """Warn of windows shorter than a period, and of times too short for transients to decay."""
     omega = np.sqrt(problem.reduced.tuned_eigenvalues)
-    steady, modes = config.steady_state, mistuned_modes(problem.reduced, _tuned(config))
+    steady, tuned = config.steady_state, np.zeros(config.disk.n_blades)
+    modes = mistuned_modes(problem.reduced, tuned)
     decay = float((modes.damping_ratios(config.damping) * modes.joined.omega).min())  # slowest
     constant = 1.0 / decay if decay > 0.0 else np.inf  # of casing or air without damping [s]
     within = f"within {SETTLED * constant:.2g} s" if decay > 0.0 else "never"
@@ -184,7 +182,7 @@ def _time_warnings(config, problem):
 
 
 def _friction_warnings(config, problem):
-    scene, modes = problem.scene, mistuned_modes(problem.reduced, _tuned(config))
+    scene, modes = problem.scene, mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
     critical = critical_friction(modes, scene.elastic_casing)
     if scene.friction > critical:
         rate = growth_rate(modes, scene.damping_ratio, scene.friction)
@@ -236,11 +234,10 @@ def _mode_warnings(config, problem):
     frequencies = np.sqrt(problem.reduced.tuned_eigenvalues) / (2.0 * np.pi)
     top, family = float(frequencies[-1]), float(frequencies[config.disk.n_blades - 1])
     passing = config.casing.main_order * config.speeds.to_hz
-    per_blade = MODES_PER_BLADE + (passing > FAST * family)
-    all_modes = config.disk.n_dof - 2 * config.disk.n_blades
-    wanted = min(per_blade * config.disk.n_blades, all_modes)
+    n, per_blade = config.disk.n_blades, MODES_PER_BLADE + (passing > FAST * family)
+    wanted = min(per_blade * n, config.disk.n_dof - 2 * n)
     return lines_of(
-        (config.disk.model is None and config.reduction.n_modes < wanted,
+        (config.disk.model is None and families.whole(config.reduction.n_modes, n) < wanted,
          f"not resolved: reduction.n_modes is {config.reduction.n_modes}, fewer than {per_blade} "
          f"for each blade, {wanted}"),
         (top < passing,
