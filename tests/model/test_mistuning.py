@@ -12,6 +12,7 @@ from scipy.stats import kstest, truncnorm
 from scipy.stats import uniform as uniform_law
 
 from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
 from hpcrub.model.mistuning import Law, stiffness_deviation, uniform
 from hpcrub.setup.disks import deviation, sigma_of
 from hpcrub.setup.problem import build_problem
@@ -90,6 +91,16 @@ def test_a_normal_law_is_scipys_truncated_one(truncation):
     assert np.abs(found).max() <= HALF
     assert kstest(found.ravel(), true.cdf).pvalue > 1e-3
     assert HALF * law.sigma == pytest.approx(true.std(), rel=1e-12)
+
+
+def test_a_normal_law_that_is_cut_off_early_is_uniform():
+    """To the order t²/15 of exp(-x²/2) within t; sigma was no number with 1e-7."""
+    for t in (1e-7, 1e-3, 1e-2):
+        law = Law("normal", t)
+        assert law.sigma == pytest.approx((1.0 - t**2 / 15.0) / np.sqrt(3.0), rel=t**4 + 1e-14)
+    np.testing.assert_allclose(drawn(Law("normal", 1e-3)), drawn(Law()), rtol=1e-6, atol=1e-12)
+    with pytest.raises(InputError, match=r"mistuning.truncation: 1e-07 .* from 0.001 up to 8"):
+        Config(mistuning={"distribution": "normal", "truncation": 1e-7})
 
 
 def test_measured_blades_are_drawn_with_equal_chances():
