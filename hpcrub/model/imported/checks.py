@@ -38,8 +38,6 @@ def check(model: NeutralModel) -> Findings:
             f"units: the contact nodes lie at a radius of {tip.max():.3g} m, which no bladed disk "
             "has; are the units those of the file?"
         )
-    if model.n_blades > 2 and model.kind != "sector":
-        _check_order(model)
     _check_clearance(model, tip.max())
     if model.kind == "reduced":
         if not np.linalg.eigvalsh(model.mass)[0] > 0.0:
@@ -132,9 +130,6 @@ def _check_mass(model, mass, radius):
 
 
 def _check_contact_nodes(model, radius):
-    nodes, count = np.unique(model.contact_node, return_counts=True)
-    if (count > 1).any():
-        raise InputError(f"contact_node: node {nodes[count > 1][0]} is named twice")
     at = radius[model.contact_node]
     if not np.isfinite(at).all():
         node = model.contact_node[~np.isfinite(at)][0]
@@ -146,20 +141,6 @@ def _check_contact_nodes(model, radius):
             f"contact_node: node {model.contact_node[low][0]} lies at a radius of "
             f"{1e3 * at[low][0]:.4g} mm, {1e3 * (outer - at[low][0]):.4g} mm below the outermost "
             "node; contact nodes lie on the tips"
-        )
-
-
-def _check_order(model):
-    """Refuse blades that are not numbered one after the other around the disk, either way."""
-    tips, n = model.nodes[model.contact_node], model.n_blades
-    x, y = (np.bincount(model.contact_blade, tips[:, axis]) for axis in (0, 1))
-    at = x + 1j * y
-    pitches = np.round(np.angle(np.roll(at, -1) * at.conj()) * n / (2 * np.pi))
-    lost = np.flatnonzero(pitches != np.sign(np.median(pitches)))
-    if len(lost):
-        raise InputError(
-            f"contact_blade: {(lost[0] + 1) % n} lies {pitches[lost[0]]:g} pitches beyond {lost[0]}; "
-            "blades are numbered one after the other around the disk"
         )
 
 

@@ -153,15 +153,27 @@ def from_arrays(arrays: dict) -> NeutralModel:
 
 
 def _alike(model):
-    """Put the contact points of every blade in the order of one blade's, as their places tell."""
-    tips, pitch = model.nodes[model.contact_node], 2 * np.pi / model.n_blades
-    flat, z = tips[:, 0] + 1j * tips[:, 1], tips[:, 2]
-    own = [np.flatnonzero(model.contact_blade == blade) for blade in range(model.n_blades)]
-    first, order = min(own, key=len), np.arange(len(tips))
+    """Put the contact points of every blade in the order of one blade's, as their places tell.
+
+    Raises InputError for blades that are not numbered around the disk, one way or the other.
+    """
+    tips, n = model.nodes[model.contact_node], model.n_blades
+    if not np.isfinite(tips).all():  # which `checks` refuses
+        return model
+    flat, z, order = tips[:, 0] + 1j * tips[:, 1], tips[:, 2], np.arange(len(tips))
+    own = [np.flatnonzero(model.contact_blade == blade) for blade in range(n)]
+    middle = np.array([flat[mine].sum() for mine in own])
+    pitches = np.round(np.angle(middle * middle[0].conj()) * n / (2 * np.pi))
+    lost = np.flatnonzero((pitches - (1 if 1 in pitches[:2] else -1) * np.arange(n)) % n)
+    if len(lost):
+        raise InputError(
+            f"contact_blade: {lost[0]} lies {pitches[lost[0]] % n:g} pitches beyond 0; blades are "
+            "numbered one after the other around the disk"
+        )
+    turned = flat * np.exp(-2j * np.pi / n * pitches[model.contact_blade])  # all onto blade 0
+    first = min(own, key=len)
     for mine in own:
-        pitches = np.round(np.angle(flat[mine].sum() * flat[first].sum().conj()) / pitch)
-        turned = flat[mine] * np.exp(-1j * pitch * pitches)
-        apart = np.abs(flat[first, None] - turned) + np.abs(z[first, None] - z[mine])
+        apart = np.abs(turned[first, None] - turned[mine]) + np.abs(z[first, None] - z[mine])
         nearest = apart.argmin(axis=1)
         if len(np.unique(nearest)) == len(first):  # else the blades are not alike
             order[mine] = mine[[*nearest, *np.setdiff1d(np.arange(len(mine)), nearest)]]
@@ -198,11 +210,14 @@ def _check_members(model):
     _check_inside("fixed", "row", model.fixed, len(model.dof))
     if model.kind == "reduced" and len(model.fixed):
         raise InputError(
-            f"fixed: {len(model.fixed)} rows of a reduced model, all of whose coordinates are free; "
-            "leave held ones out of its matrices"
+            f"fixed: {len(model.fixed)} rows of a reduced model; its coordinates are all free, leave "
+            "held ones out of its matrices"
         )
     if not len(model.contact_node):
         raise InputError("contact_node: no contact nodes; a blade without them cannot rub")
+    nodes, count = np.unique(model.contact_node, return_counts=True)
+    if (count > 1).any():
+        raise InputError(f"contact_node: node {nodes[count > 1][0]} is named twice")
     for name in ("contact_blade", "contact_clearance", "contact_normal"):
         if len(getattr(model, name)) != len(model.contact_node):
             raise InputError(
@@ -241,12 +256,9 @@ def _check_blades(model):
         )
     if model.n_sectors not in (0, len(blades)):
         raise InputError(f"n_sectors: {model.n_sectors}, and contact_blade names {len(blades)}")
-    of_blades = (
-        ("K_blade", model.blade_stiffness),
-        ("blade_frequencies_hz", model.blade_frequencies),
-    )
-    for name, values in of_blades if model.kind == "reduced" else ():
-        if values is not None and len(values) != len(blades):
+    own = {"K_blade": model.blade_stiffness, "blade_frequencies_hz": model.blade_frequencies}
+    for name, values in own.items():
+        if model.kind == "reduced" and values is not None and len(values) != len(blades):
             raise InputError(f"{name}: of {len(values)} blades, contact_blade names {len(blades)}")
 
 
