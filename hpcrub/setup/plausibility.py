@@ -60,8 +60,9 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
         return
     yield from _step_warnings(config, problem)
     yield from _mode_warnings(config, problem)
-    yield from _time_warnings(config, problem)
-    yield from _friction_warnings(config, problem)
+    tuned = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
+    yield from _time_warnings(config, tuned)
+    yield from _friction_warnings(problem.scene, tuned)
     yield from _rebound_warnings(config, problem)
     yield from _wave_warnings(config, problem)
 
@@ -155,15 +156,13 @@ def _noise_warnings(config):
     )  # fmt: skip
 
 
-def _time_warnings(config, problem):
+def _time_warnings(config, tuned):
     """Warn of windows shorter than a period, and of times too short for transients to decay."""
-    omega = np.sqrt(problem.reduced.tuned_eigenvalues)
-    steady, tuned = config.steady_state, np.zeros(config.disk.n_blades)
-    modes = mistuned_modes(problem.reduced, tuned)
-    decay = float((modes.damping_ratios(config.damping) * modes.joined.omega).min())  # slowest
+    steady = config.steady_state
+    decay = float((tuned.damping_ratios(config.damping) * tuned.joined.omega).min())  # slowest
     constant = 1.0 / decay if decay > 0.0 else np.inf  # of casing or air without damping [s]
     within = f"within {SETTLED * constant:.2g} s" if decay > 0.0 else "never"
-    needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / omega[0]))
+    needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / tuned.omega[0]))
     left = float(np.exp(-steady.first_check / constant))
     return lines_of(
         (needed > steady.window_revolutions,
@@ -181,11 +180,10 @@ def _time_warnings(config, problem):
     )  # fmt: skip
 
 
-def _friction_warnings(config, problem):
-    scene, modes = problem.scene, mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
-    critical = critical_friction(modes, scene.elastic_casing)
+def _friction_warnings(scene, tuned):
+    critical = critical_friction(tuned, scene.elastic_casing)
     if scene.friction > critical:
-        rate = growth_rate(modes, scene.damping_ratio, scene.friction)
+        rate = growth_rate(tuned, scene.damping_ratio, scene.friction)
         yield (
             f"flutter: with a friction above {critical:.2g} a blade that slides along the casing "
             f"locks itself; at contact.friction of {scene.friction:g} its displacement grows by "
