@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-
 APART = 1e-4  # axial distance of places, as a share of the largest radius; nodes pair up to it, too
 
 

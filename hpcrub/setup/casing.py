@@ -10,10 +10,7 @@ STEPS_PER_WAVE = 16  # least time steps while a wave of the casing passes a blad
 
 
 def casing_modes_of(config: Config) -> CasingModes | None:
-    """Modes of the casing; None if rigid.
-
-    Raises InputError for waves that nothing holds, that steps do not resolve or that cannot be.
-    """
+    """Modes of the casing; None if rigid. Raises InputError for waves that cannot be followed."""
     casing = config.casing
     if not casing.vibrates:
         return None

@@ -111,7 +111,7 @@ def test_keys_that_the_model_file_fills_in(sector):
 @pytest.mark.parametrize(
     ("spoilt", "words"),
     [  # each of them changed nothing, or ended the study with a traceback
-        ({"fixed": lambda _: [0, 1]}, "fixed: 2 rows of a reduced model; its coordinates"),
+        ({"fixed": lambda _: [0, 1]}, "fixed: 2 rows are held, none is allowed"),
         ({"blade_frequencies_hz": lambda of: of[:3], "blade_participation": lambda of: of[:3]},
          "blade_frequencies_hz: of 3 blades, contact_blade names 5"),
     ],

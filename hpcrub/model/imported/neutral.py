@@ -210,8 +210,7 @@ def _check_members(model):
     _check_inside("fixed", "row", model.fixed, len(model.dof))
     if model.kind == "reduced" and len(model.fixed):
         raise InputError(
-            f"fixed: {len(model.fixed)} rows of a reduced model; its coordinates are all free, leave "
-            "held ones out of its matrices"
+            f"fixed: {len(model.fixed)} rows are held, none is allowed in a reduced model"
         )
     if not len(model.contact_node):
         raise InputError("contact_node: no contact nodes; a blade without them cannot rub")
