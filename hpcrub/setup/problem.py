@@ -81,8 +81,9 @@ def build_problem(config: Config) -> Problem:
     reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config), interface=interface)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
-    stiffest = max(0.0, config.mistuning.largest if pattern is None else np.max(pattern))
-    limit = 2.0 / np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest + FURTHEST))
+    largest = config.mistuning.largest if pattern is None else np.max(pattern) + FURTHEST
+    stiffest = max(FURTHEST, largest)  # of the runs of the tuned disk, or of a sample
+    limit = 2.0 / np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest))
     if config.time.scheme == "central_difference" and not resolution.longest_step(config) < limit:
         raise InputError(
             f"time.step_s: {config.time.step_s:g} is not below {limit:.4g} s, the stability limit "
