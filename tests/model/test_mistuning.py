@@ -160,3 +160,7 @@ def test_a_disk_stays_itself_in_all_its_runs():
     first, last = (modes_of_tuned(Config(), problem, run).omega for run in (0, 999))
     assert (last / first).min() > 1.0
     assert (last / first).max() < np.sqrt(1.0 + 3e-4)
+    highest = problem.reduced.tuned_eigenvalues[-1]  # a step that only the first run stands
+    step = 0.99999 * 2.0 / np.sqrt(1.01 * highest)
+    with pytest.raises(InputError, match=r"time.step_s: .* the stability limit"):
+        build_problem(config.replace({"time.scheme": "central_difference", "time.step_s": step}))
