@@ -144,7 +144,7 @@ def _reference(file):
         yield Finding(
             SINGLE if max(below, above) > FAR_OFF / 2 else REMARK,
             f"tuned peak known to -{percent(below)} +{percent(above)} %",
-            f"{len(runs)} runs of the tuned disk, less than 3e-4 apart in stiffness, leave all A_nl "
-            f"uncertain by -{100 * below:.1f} to +{100 * above:.1f} %, which the intervals "
+            f"{len(runs)} runs of the tuned disk, less than 3e-4 apart in stiffness, leave all "
+            f"A_nl uncertain by -{100 * below:.1f} to +{100 * above:.1f} %, which the intervals "
             "contain: more mistuning.tuned_runs",
         )
