@@ -41,7 +41,7 @@ def _draw_probability(axes: Axes, file: ResultFile) -> None:
     axes.errorbar(value, share, ends, fmt="o", ms=5, color=BLUE, capsize=3, label="disks")
     for x, y, count in zip(value, high[seen], n[seen], strict=True):
         axes.annotate(
-            f"{count}", (x, y), xytext=(0, 4), textcoords="offset points", ha="center",
+            f"{count}", (x, y), xytext=(0, 6), textcoords="offset points", ha="center",
             rotation=90, fontsize=8,
         )  # fmt: skip
     axes.axhline(file.config.threshold.probability, color=BLACK, lw=1.2, ls=":", label="target")
