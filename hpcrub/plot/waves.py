@@ -30,7 +30,7 @@ def casing_waves(canvas: Canvas, file: ResultFile) -> None:
     _draw_growth(growth, speeds, rates, file.config.contact.friction)
     growth.set(xlabel=SPEED, xlim=(0.0, top), ylim=(0.0, None))
     growth.set_title("all tips in permanent contact")
-    canvas.note("n: waves around the casing, f: speed, $f_c$, $f_b$: frequencies of casing and blades")
+    canvas.note("n: waves of the casing, f: speed, $f_c$, $f_b$: frequencies of casing and blades")
     critical = float(file.read("casing/critical_speed_hz").min())
     for panel in (lines, growth):
         panel.axvline(critical, color=BLACK, lw=1.2, ls=":", label="the rotor overtakes a wave")
