@@ -33,7 +33,8 @@ BENT, GAP = 0.10, 0.07  # largest bending and largest gap at rest as drawn [tip 
 HUB = 0.42  # radius of the disk as drawn [tip radii]
 SHORTEST = 0.6  # smallest radius at which a tip is drawn [tip radii]
 SPAN = np.linspace(0.0, 1.0, 9)  # places along a blade, 0 at the hub, 1 at the tip
-AROUND = np.linspace(0.0, 2.0 * np.pi, 721)
+TURN = 2.0 * np.pi
+AROUND = np.linspace(0.0, TURN, 721)
 THICKNESS = 0.015  # half the thickness of a blade with one contact point [rad]
 TINY = 1e-12  # [m] size that replaces 0 for a disk that does not move
 FACE, CASING = "0.82", "0.75"
@@ -148,13 +149,10 @@ def rubbing(canvas: Canvas, file: ResultFile) -> FuncAnimation:
     if "casing_radial_m" in file:
         places = np.radians(file.read("casing_angle_deg"))
         moved = file.read("casing_radial_m", disk)
-        waves = np.array([np.interp(AROUND, places, w, period=2.0 * np.pi) for w in moved[at]])
-    turns = 2.0 * np.pi * speed * time
+        waves = np.array([np.interp(AROUND, places, w, period=TURN) for w in moved[at]])
+    turns = TURN * speed * time
     turned = angle + turns[:, None]
-    moved = np.array([  # outward motion of the tips
-        _room(file, *at) + np.interp(at[1], AROUND, wave, period=2.0 * np.pi)
-        for *at, wave in zip(time, turned, waves, strict=True)
-    ]) - np.maximum(gap, 0.0)  # fmt: skip
+    moved = _walls(file, time, turned, waves) - np.maximum(gap, 0.0)  # outward motion of the tips
     bent = BENT / max(np.abs(tangential).max(), TINY)
     outward = min(
         GAP / max(np.abs(_room(file, time[-1], AROUND) + waves).max(), TINY),
@@ -213,6 +211,12 @@ def _room(file: ResultFile, time: float, angle: Any) -> Any:
     shape = file.config.casing
     clearance = shape.clearances(file.config.speeds.from_hz)
     return clearance - ramp(time, shape.growth_time) * shape.shape.height(angle)
+
+
+def _walls(file: ResultFile, times: Any, angles: Any, waves: Any) -> Any:
+    """Return the distances (F, P) [m] of `_room`, with waves (F, AROUND) of the casing itself."""
+    at = zip(times, angles, waves, strict=True)
+    return np.array([_room(file, t, a) + np.interp(a, AROUND, w, period=TURN) for t, a, w in at])
 
 
 def _outline(root: Any, place: Any, tip: Any) -> Any:
