@@ -75,7 +75,7 @@ def labels(files: list[ResultFile]) -> list[str]:
     texts = []
     for i, file in enumerate(files):
         named = [words[key][i] for key in keys if words[key][i] not in ("", usual.get(key))]
-        texts.append(", ".join(named) or ("reference" if keys else without_suffix(file.path).name))
+        texts.append(", ".join(named) or ("reference" if usual else without_suffix(file.path).name))
     return texts
 
 
