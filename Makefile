@@ -65,7 +65,7 @@ bench: $(STAMP)  ## measure speed and error, write evidence/benchmarks/report.md
 scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10 min)
 	@$(VENV_PYTHON) -m evidence.scaling $(ARGS)
 
-blisk: $(STAMP)  ## make inputs/blisk/blisk.h5 anew with CalculiX, and check it (3 min)
+blisk: $(STAMP)  ## make the blisk of the tutorial with CalculiX, and check it (1 min)
 	@command -v ccx >/dev/null || apt-get install -q -y --no-install-recommends calculix-ccx
 	@$(VENV_PYTHON) -m evidence.blisk
 

@@ -11,8 +11,6 @@ from hpcrub.config.schema import Config, load_runs
 from hpcrub.config.text import key_table
 
 ROOT = Path(__file__).parents[1]
-# studies that make figures of the paper: each has an example among the inputs
-PAPER = {name: study for name, study in studies.STUDIES.items() if study.figures}
 FOLDER = ROOT / "docs" / "reference"
 
 
@@ -60,7 +58,7 @@ def datasets():
     And what a coating, or a casing that vibrates, adds to it.
     """
     parts = []
-    for name in PAPER:
+    for name in studies.STUDIES:
         config = example(name)
         bare = studies.run_of(config).datasets()
         parts.append(f"## `{name}`\n\n{_lines(bare)}")
@@ -94,7 +92,7 @@ def study_list():
             study.figures,
             f"`{example_file(name)}`",
         )
-        for name, study in PAPER.items()
+        for name, study in studies.STUDIES.items()
     ]
     return table(
         ("study", "what it computes", "sections of its own", "figures of the paper", "example"),
@@ -107,7 +105,7 @@ def figures():
     rows = [
         (
             f"`{f.__name__}`",
-            ", ".join(name for name in f.about.studies if name in PAPER),
+            ", ".join(f.about.studies),
             f.about.what,
             f.about.paper,
             "yes" if f.about.several else "",

@@ -18,7 +18,7 @@ from hpcrub.config.schema import Config
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
-from hpcrub.statistics.rare import Goal, Rule, estimate, extrapolated, n_needed, plan
+from hpcrub.statistics.rare import Goal, Rule, count, estimate, extrapolated, n_needed, plan
 from hpcrub.studies.contact.amplification import linear_amplitude
 from hpcrub.studies.rare import GROWTH, PILOT, early_time
 
@@ -70,14 +70,15 @@ def study(look, severity, costs, goal, rng):
     while True:
         n = len(inclusion)
         known = np.where(drawn[:n] < inclusion, severity[:n], np.nan)
-        found = estimate(known > 1.0, inclusion)
-        if goal.is_met(*found):
+        counts = count(known > 1.0, inclusion)
+        if goal.is_met(counts):
             break
         if rule != Rule() or n == PILOT:
-            rule = plan(look[:n], known, inclusion, costs, goal).rule
+            rule = plan(look[:n], known, np.zeros(n, dtype=bool), inclusion, costs, goal).rule
         more = rule.inclusion(look[n : int(np.ceil(GROWTH * n))])
         inclusion = np.concatenate([inclusion, more])
         n_looks += len(more) * (rule != Rule())
+    found = estimate(counts)
     half = (found[2] - found[1]) / 2.0 / found[0]
     plain = n_needed(Goal(half, None), found[0], found[0], 1.0) * costs[1]
     cost = n_looks * costs[0] + np.isfinite(known).sum() * costs[1]

@@ -183,8 +183,8 @@ class Mistuning(Section):
     seed: Whole = Field(2020, ge=0, le=2**63 - 1)
     """seed of the random numbers"""
     tuned_runs: Whole = Field(9, ge=1, le=1000)
-    """runs of the tuned disk, each with blades stiffer by another 3e-5, whose median amplitude is
-    the reference; 1 in the paper"""
+    """runs of the tuned disk, each with blades stiffer by another share below 3e-4, whose median
+    amplitude is the reference; 1 in the paper"""
     checked_samples: Whole = Field(2, ge=0, le=MOST_SAMPLES)
     """first samples of the last level that are integrated once more with half the time step, as the
     tuned disk is, so that the summary can say what another step, or another motion at the same
@@ -192,7 +192,7 @@ class Mistuning(Section):
     distribution: Literal["uniform", "normal", "measured"] = "uniform"
     """of a blade's deviation within the half range: uniform as in the paper, truncated normal, or
     drawn from the blades of measured_percent"""
-    truncation: Number = Field(3.0, gt=0, le=8)
+    truncation: Number = Field(3.0, ge=1e-3, le=8)
     """standard deviations of a normal distribution per half range"""
     measured_percent: Deviations | None = None
     """measured deviations of blades, drawn with replacement; scaled so that the largest is the half
@@ -263,8 +263,8 @@ class Limits(Section):
     """of a rare study, which ends when half the 95 % interval of the probability of exceeding a
     limit is below this part of the probability [-]"""
     probability_below: Number | None = Field(None, ge=1e-9, lt=1)
-    """of a rare study, which ends when the 95 % interval of this probability lies below or above
-    this one [-]"""
+    """of a rare study, which ends when this probability is known to be below or above this one, by
+    an interval of 99.5 %, because it is tested repeatedly [-]"""
 
     amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
 

@@ -20,7 +20,7 @@ Diameter = Annotated[Whole, Field(ge=1, le=100)]
 Bound = Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)]
 Diameters = Annotated[tuple[Diameter, ...], Field(min_length=1, max_length=100)]
 Bounds = Annotated[tuple[Bound, ...], Field(min_length=2, max_length=2)]
-MOST_VALUES = 1025
+MOST_VALUES = 1025  # of a threshold study
 
 
 class Checklist(Section):
@@ -64,7 +64,7 @@ class Threshold(Section):
     def values(self) -> np.ndarray:
         """Values that may be tested (V,), evenly spaced; the number of steps is a power of two."""
         steps = max((self.highest - self.lowest) / self.tolerance, 1.0)
-        n = min(2 ** int(np.ceil(np.log2(steps) - 1e-9)), MOST_VALUES - 1)
+        n = 2 ** int(np.ceil(np.log2(steps) - 1e-9))
         return np.round(np.linspace(self.lowest, self.highest, n + 1), 10)
 
 

@@ -84,20 +84,17 @@ def ring_modes(ring: Ring, n_waves: np.ndarray, damping_ratio: float) -> CasingM
     """
     R, E = ring.radius, ring.young
     area, inertia = ring.width * ring.thickness, ring.width * ring.thickness**3 / 12.0
+    line = ring.density * area  # mass of a metre of circumference [kg/m]
     omega, radial, tangential = np.zeros((3, len(n_waves)))
     for j, n in enumerate(n_waves):
         membrane = E * area / R**2 * np.array([[1.0, n], [n, n**2]])
         bending = E * inertia / R**4 * np.array([[n**4, n**3], [n**3, n**2]], dtype=float)
-        stiffness = membrane + bending + np.diag([ring.bed_radial, ring.bed_tangential])
-        mass = ring.density * area * np.pi * R * (1.0 if n else 2.0)
-        half = np.pi * R * (1.0 if n else 2.0)
-        if n == 0:
-            values, shapes = np.array([half * stiffness[0, 0] / mass]), np.array([[1.0], [0.0]])
-        else:
-            values, shapes = eigh(half * stiffness / mass)
-        if not values[0] > 1e-12 * stiffness[0, 0] * half / mass:
+        squares = (membrane + bending + np.diag([ring.bed_radial, ring.bed_tangential])) / line
+        values, shapes = eigh(squares) if n else (squares[:1, 0], np.eye(2))  # n = 0: w alone
+        if not values[0] > 1e-12 * squares[0, 0]:
             raise ValueError(f"nothing holds the wave n = {n}")
         omega[j] = np.sqrt(values[0])
+        mass = line * np.pi * R * (1.0 if n else 2.0)
         radial[j], tangential[j] = shapes[:, 0] / np.sqrt(mass) * np.sign(shapes[0, 0])
     ratio = np.full(len(n_waves), damping_ratio)
     return CasingModes(np.asarray(n_waves), omega, ratio, radial, tangential)

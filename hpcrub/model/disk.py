@@ -116,7 +116,7 @@ def _numbering(disk):
 def _blade_nodes(disk):
     """Nodes of a blade, root to tip, in the polar frame of its tip, (n_elements + 1, 2) [m]."""
     R, R_h, lean = disk.tip_radius, disk.hub_radius, disk.blade.lean
-    if not R_h < R or abs(R_h * np.sin(lean)) >= R:
+    if not R_h < R:
         raise ValueError("the blade's chord does not reach the tip circle")
     chord = np.sqrt(R**2 - (R_h * np.sin(lean)) ** 2) - R_h * np.cos(lean)
     root_angle = -np.arcsin(chord * np.sin(lean) / R)  # seen from the tip's radius

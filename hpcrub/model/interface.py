@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+APART = 1e-4  # axial distance of places, as a share of the largest radius; nodes pair up to it, too
+
 
 class Interface(NamedTuple):
     """Contact points between disk and casing: C points, N blades, O observed displacements.
@@ -48,7 +50,7 @@ class Interface(NamedTuple):
     @property
     def strip(self) -> np.ndarray:
         """Strip of a coating that each contact point meets (C,) int, one per axial position."""
-        return strips(self.axial_position)
+        return strips(self.axial_position, self.radius)
 
     @property
     def n_strips(self) -> int:
@@ -69,9 +71,14 @@ class Interface(NamedTuple):
         return largest
 
 
-def strips(axial_position: np.ndarray) -> np.ndarray:
-    """Strip of a coating (C,) int, from 0, that points at axial positions (C,) [m] meet."""
-    return np.unique(np.round(axial_position, 9), return_inverse=True)[1]
+def strips(axial_position: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Strip of a coating (C,) int, from 0, that points at axial positions and radii (C,) [m] meet.
+
+    Points share a strip where no gap wider than APART lies between them.
+    """
+    order, strip = np.argsort(axial_position), np.zeros(len(radius), dtype=int)
+    strip[order[1:]] = np.cumsum(np.diff(axial_position[order]) > APART * radius.max())
+    return strip
 
 
 def planar_interface(

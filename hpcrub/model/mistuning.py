@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import gammainc, ndtr, ndtri
 
 STIFFNESS, START, INCLUSION = range(3)  # streams of random numbers, one for each use
 
@@ -23,10 +23,8 @@ class Law(NamedTuple):
         if self.distribution == "measured":
             return float(np.std(self.measured) / np.abs(self.measured).max())
         if self.distribution == "normal":
-            t = self.truncation
-            inside = 2.0 * ndtr(t) - 1.0
-            density = np.exp(-(t**2) / 2.0) / np.sqrt(2.0 * np.pi)
-            return float(np.sqrt(1.0 - 2.0 * t * density / inside) / t)
+            t = self.truncation  # the integrals of x² and of 1, weighted by exp(-x²/2)
+            return float(np.sqrt(gammainc(1.5, t**2 / 2.0) / gammainc(0.5, t**2 / 2.0)) / t)
         return float(1.0 / np.sqrt(3.0))
 
     def deviation(self, drawn: np.ndarray, half_range: float) -> np.ndarray:

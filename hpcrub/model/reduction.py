@@ -1,6 +1,6 @@
 """Craig-Bampton reduction of the disk and the modes of its mistuned samples."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -190,10 +190,9 @@ def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
         raise ValueError(f"n_modes must lie between 0 and {most}, got {n_modes}")
     n_modes = families.whole(n_modes, len(disk.blade_dof))
     basis = _craig_bampton_basis(disk, n_modes)
-    mass = _symmetric(basis.T @ disk.mass @ basis)
-    stiffness = _symmetric(basis.T @ disk.stiffness @ basis)
+    mass, stiffness = project(disk.mass, basis), project(disk.stiffness, basis)
     blade_basis = basis[disk.blade_dof]  # (N, nb, m)
-    blade_stiffness = _project(disk.blade_stiffness, blade_basis)
+    blade_stiffness = project(disk.blade_stiffness, blade_basis)
     normal, tangential = basis[disk.contact_dof.T]
     angle, radius, blade = disk.contact_angle, disk.contact_radius, disk.contact_blade
     interface = planar_interface(angle, radius, normal, tangential, blade)
@@ -214,7 +213,7 @@ def reduced_model(
 ) -> ReducedModel:
     """Make a ReducedModel with its tuned modes; the parameters are its members."""
     eigenvalues, modes = eigh(stiffness, mass)
-    tuned = modes, eigenvalues, _project(blade_stiffness, modes)
+    tuned = modes, eigenvalues, project(blade_stiffness, modes)
     return ReducedModel(
         mass, stiffness, blade_stiffness, basis, interface, *tuned, speed, stiffening
     )
@@ -258,7 +257,7 @@ def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) 
     reduced, deviation: parameters with which `mistuned_modes` made the modes.
     """
     stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
-    return _project(stiffness, modes.shapes)
+    return project(stiffness, modes.shapes)
 
 
 def _craig_bampton_basis(disk, n_modes):
@@ -290,10 +289,7 @@ def _families(K, M, n_modes, n_blades):
     return modes @ chosen
 
 
-def _project(matrices, basis):
-    """Products basis^T matrix basis for a stack of matrices."""
-    return _symmetric(np.swapaxes(basis, -1, -2) @ matrices @ basis)
-
-
-def _symmetric(matrix):
-    return (matrix + np.swapaxes(matrix, -1, -2)) / 2
+def project(matrices: Any, basis: np.ndarray) -> np.ndarray:
+    """Symmetric basis^T matrix basis (..., m, m); matrices: (..., n, n), or one sparse (n, n)."""
+    projected = np.swapaxes(basis, -1, -2) @ matrices @ basis
+    return (projected + np.swapaxes(projected, -1, -2)) / 2

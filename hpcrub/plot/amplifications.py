@@ -4,6 +4,7 @@ Colours tell contact from linear, or one study from another, and markers tell th
 last figures show how the percentiles converge with the number of samples.
 """
 
+import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -57,7 +58,7 @@ def draw_curves(
         line = [*zero, *x], [*one, *curve[0]]
         axes.plot(*line, look.style, marker=marker(p), color=look.colour, lw=1.6)
         intervals.draw(axes, x, curve, look.colour)
-    axes.margins(y=0.1)
+    axes.margins(y=0.18)  # room for the arrows of open ends
 
 
 def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
@@ -190,7 +191,8 @@ def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
     """Return the label of an axis of amplitudes, and a name for each file, in short lines."""
     casing = files[0].config.casing
     case = casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
-    names = [n.replace(", ", "\n") for n in (labels(files) if len(files) > 1 else [case])]
+    whole = labels(files) if len(files) > 1 else [case]
+    names = [re.sub(r", (?![^\[]*\])", "\n", name) for name in whole]  # lists stay whole
     words = [layout.amplitude_in_words(file.config) for file in files]
     if len(set(words)) == 1:
         return f"{words[0]},\nmax $|u_t|$ [mm]", names

@@ -15,6 +15,7 @@ def checklist(canvas: Canvas, file: ResultFile) -> None:
     Bars are 95 % intervals of the mean. Blue: of the computation; orange: of an input.
     """
     size = file.read("peak_amplitude_m")
+    size[np.isinf(size)] = np.nan  # disks without a result
     rows = [n for n, change in enumerate(moved(size), 1) if np.isfinite(change[0])]
     axes = canvas.panels(1, 1, (9.5, 1.6 + 0.42 * len(rows)))[0, 0]
     axes.axvspan(-100 * LEAST, 100 * LEAST, color="0.92", zorder=0, label="below 1 %")

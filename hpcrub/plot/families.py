@@ -11,7 +11,7 @@ from hpcrub.config.text import flatten, is_table, key_table, show
 from hpcrub.config.types import without_suffix
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact.survey import shared_uncertainty
+from hpcrub.studies.contact.survey import n_counted, shared_uncertainty
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
 OF_ANY_SIZE = "s", "N/m", "N s/m"  # units with prefixes, such as 240 MN/m
@@ -21,7 +21,8 @@ FEW = 3  # largest number of keys that are all named; of more keys, only unusual
 
 def finished(file: ResultFile, name: str) -> list[Any]:
     """Return the values of the finished samples of every level, without failed samples."""
-    status, values = file.status, file.read(f"samples/{name}")
+    n = n_counted(file)
+    status, values = file.status[:, :n], file.read(f"samples/{name}")[:, :n]
     return [values[level][status[level] == DONE] for level in range(len(status))]
 
 
@@ -74,7 +75,7 @@ def labels(files: list[ResultFile]) -> list[str]:
     texts = []
     for i, file in enumerate(files):
         named = [words[key][i] for key in keys if words[key][i] not in ("", usual.get(key))]
-        texts.append(", ".join(named) or ("reference" if keys else without_suffix(file.path).name))
+        texts.append(", ".join(named) or ("reference" if usual else without_suffix(file.path).name))
     return texts
 
 

@@ -31,8 +31,10 @@ REVOLUTIONS = 2  # revolutions in the animation
 FRAMES = 72  # pictures in these revolutions, every 10 degrees
 BENT, GAP = 0.10, 0.07  # largest bending and largest gap at rest as drawn [tip radii]
 HUB = 0.42  # radius of the disk as drawn [tip radii]
+SHORTEST = 0.6  # smallest radius at which a tip is drawn [tip radii]
 SPAN = np.linspace(0.0, 1.0, 9)  # places along a blade, 0 at the hub, 1 at the tip
-AROUND = np.linspace(0.0, 2.0 * np.pi, 721)
+TURN = 2.0 * np.pi
+AROUND = np.linspace(0.0, TURN, 721)
 THICKNESS = 0.015  # half the thickness of a blade with one contact point [rad]
 TINY = 1e-12  # [m] size that replaces 0 for a disk that does not move
 FACE, CASING = "0.82", "0.75"
@@ -130,7 +132,8 @@ def rubbing(canvas: Canvas, file: ResultFile) -> FuncAnimation:
     """The disk in the last two revolutions, motions and gap enlarged, blades in contact marked.
 
     Of a study with a pattern, the mistuned disk. A blade is drawn bent as a beam from its root; all
-    radial distances at the tips have one scale, so that a tip touches the casing where it rubs.
+    radial distances at the tips have one scale, so that a tip touches the casing where it rubs, and
+    no blade is drawn shorter than `SHORTEST`.
     Returned is a matplotlib `FuncAnimation` instead of axes: keep it, or it stops.
     """
     disk = len(file.read("deviation")) - 1
@@ -146,9 +149,15 @@ def rubbing(canvas: Canvas, file: ResultFile) -> FuncAnimation:
     if "casing_radial_m" in file:
         places = np.radians(file.read("casing_angle_deg"))
         moved = file.read("casing_radial_m", disk)
-        waves = np.array([np.interp(AROUND, places, w, period=2.0 * np.pi) for w in moved[at]])
+        waves = np.array([np.interp(AROUND, places, w, period=TURN) for w in moved[at]])
+    turns = TURN * speed * time
+    turned = angle + turns[:, None]
+    moved = _walls(file, time, turned, waves) - np.maximum(gap, 0.0)  # outward motion of the tips
     bent = BENT / max(np.abs(tangential).max(), TINY)
-    outward = GAP / max(np.abs(_room(file, time[-1], AROUND) + waves).max(), TINY)
+    outward = min(
+        GAP / max(np.abs(_room(file, time[-1], AROUND) + waves).max(), TINY),
+        (1.0 - SHORTEST) / max(-moved.min(), TINY),
+    )
     axes = _axes(canvas, file.config, bent, outward)
     casing = axes.add_patch(Polygon(polar(1.0, AROUND).T, closed=True, fc="none", ec=CASING, lw=5))
     hub = polar(HUB, AROUND).T
@@ -158,20 +167,16 @@ def rubbing(canvas: Canvas, file: ResultFile) -> FuncAnimation:
     (mark,) = axes.plot([], [], color=BLUE, lw=2)
 
     def draw(frame: int) -> list[Any]:
-        turn = 2.0 * np.pi * speed * time[frame]
         wall = 1.0 + outward * (_room(file, time[frame], AROUND) + waves[frame])
         casing.set_xy(polar(wall, AROUND).T)
-        turned, rubs = angle + turn, force[frame] > 0.0
-        room = _room(file, time[frame], turned)
-        room += np.interp(turned, AROUND, waves[frame], period=2.0 * np.pi)
-        tip = 1.0 + outward * (room - np.maximum(gap[frame], 0.0))
-        place = turned + bent * tangential[frame]
+        tip, rubs = 1.0 + outward * moved[frame], force[frame] > 0.0
+        place = turned[frame] + bent * tangential[frame]
         for number, body in enumerate(bodies):
             mine = blade == number
-            body.set_xy(_outline(turned[mine], place[mine], tip[mine]))
+            body.set_xy(_outline(turned[frame, mine], place[mine], tip[mine]))
             body.set(fc=ORANGE if rubs[mine].any() else FACE, ec=BLUE)
         sparks.set_data(*polar(tip, place)[:, rubs])
-        mark.set_data(*polar(np.array([0.0, 0.9 * HUB]), turn))
+        mark.set_data(*polar(np.array([0.0, 0.9 * HUB]), turns[frame]))
         return [casing, *bodies, sparks, mark]
 
     return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)
@@ -206,6 +211,12 @@ def _room(file: ResultFile, time: float, angle: Any) -> Any:
     shape = file.config.casing
     clearance = shape.clearances(file.config.speeds.from_hz)
     return clearance - ramp(time, shape.growth_time) * shape.shape.height(angle)
+
+
+def _walls(file: ResultFile, times: Any, angles: Any, waves: Any) -> Any:
+    """Return the distances (F, P) [m] of `_room`, with waves (F, AROUND) of the casing itself."""
+    at = zip(times, angles, waves, strict=True)
+    return np.array([_room(file, t, a) + np.interp(a, AROUND, w, period=TURN) for t, a, w in at])
 
 
 def _outline(root: Any, place: Any, tip: Any) -> Any:

@@ -70,5 +70,5 @@ def _draw_contact(axes: Axes, file: ResultFile, rows: list[int]) -> None:
         if size.size:
             axes.plot(np.median(size), place, "o", color=ORANGE, ms=6)
     axes.plot([], [], ".", color="0.6", label="a disk")
-    axes.plot([], [], "o", color=ORANGE, label="median")
+    axes.plot([], [], "o", color=ORANGE, label="median in contact")
     axes.set(xlabel="largest amplitude in contact [mm]", title="the same in contact")

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.rare import estimate, extrapolated
+from hpcrub.statistics.rare import count, estimate, extrapolated
 from hpcrub.studies.contact.limits import severities
 from hpcrub.studies.rare import answer, in_full, last_estimate
 
@@ -23,7 +23,7 @@ def rare(canvas: Canvas, file: ResultFile) -> None:
     looks, tail = canvas.panels(1, 2, (13.0, 5.2))[0]
     n = last_estimate(file)[0]
     _draw_looks(looks, file, n)
-    if n:
+    if np.isfinite(severities(file)[:n]).any():
         _draw_tail(tail, file, n)
     canvas.note(answer(file))
 
@@ -47,14 +47,15 @@ def _draw_tail(axes: Axes, file: ResultFile, n: int) -> None:
     known = computed & np.isfinite(size)
     low, high = np.quantile(size[known], 0.3), max(1.0, size[known].max())
     at = np.linspace(low, high + 0.1 * (high - low), 40)
-    chance = np.array([estimate(computed & ~(size <= one), inclusion) for one in at]).T
+    chance = np.array([estimate(count(computed & ~(size <= one), inclusion)) for one in at]).T
     some = chance[0] > 0.0
     bars = np.abs(chance[1:] - chance[0])[:, some]
     axes.errorbar(
         at[some], chance[0, some], bars, fmt="o", ms=4, color=BLUE, capsize=2, label="disks"
     )
-    curves = extrapolated(size[known], 1.0 / inclusion[known], at)
-    for color, (name, (least, middle, most)) in zip((ORANGE, GREEN), curves.items(), strict=True):
+    varied = np.ptp(size[known]) > 0.0
+    curves = extrapolated(size[known], 1.0 / inclusion[known], at) if varied else {}
+    for color, (name, (least, middle, most)) in zip((ORANGE, GREEN), curves.items(), strict=False):
         axes.fill_between(at, least, most, color=color, alpha=0.2, lw=0)
         axes.plot(at, middle, "--", lw=1.2, color=color, label=f"extrapolation: {name}")
     axes.axvline(1.0, color=BLACK, lw=1.2, ls=":", label="limit")

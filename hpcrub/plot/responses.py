@@ -187,7 +187,8 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
         shown = [f for f in files if name == "amplitude_m" or f.config.contact.wears]
         for file in shown:
             look = {"lw": 2.2, "zorder": 4} if file is best else {"lw": 1.3}
-            label = f"{words[file]} (reference)" if file is best else words[file]
+            is_named = file is best and words[file] != "reference"
+            label = f"{words[file]} (reference)" if is_named else words[file]
             draw_response(top, file, group, where, colours[file], label, name, **look)
         top.set(title=title, xlabel="", ylabel=size(best, name))
         bottom.set(xlabel=SPEED, ylabel="difference to\nthe reference [mm]")
@@ -211,7 +212,7 @@ def _draw_differences(
     wide = 2e3 * np.max([np.hypot(_scatter(best, name), _scatter(f, name)) for f in others], axis=0)
     if np.isfinite(wide).any():
         axes.fill_between(
-            speeds, -wide, wide, color="0.85", lw=0, zorder=0,
+            speeds, -wide, wide, fc="none", ec="0.65", hatch="////", lw=0, zorder=0,
             label="twice the scatter of both disks from run to run",
         )  # fmt: skip
     else:

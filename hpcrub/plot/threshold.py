@@ -4,9 +4,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import percentile_interval
+from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies.threshold import answer
 
 LEAST = 1e-4  # probability at the foot of the figure
@@ -40,11 +41,12 @@ def _draw_probability(axes: Axes, file: ResultFile) -> None:
     axes.errorbar(value, share, ends, fmt="o", ms=5, color=BLUE, capsize=3, label="disks")
     for x, y, count in zip(value, high[seen], n[seen], strict=True):
         axes.annotate(
-            f"{count}", (x, y), xytext=(0, 4), textcoords="offset points", ha="center", fontsize=8
-        )
+            f"{count}", (x, y), xytext=(0, 6), textcoords="offset points", ha="center",
+            rotation=90, fontsize=8,
+        )  # fmt: skip
     axes.axhline(file.config.threshold.probability, color=BLACK, lw=1.2, ls=":", label="target")
     foot = max(LEAST, 0.3 * min(file.config.threshold.probability, share[share > 0].min(initial=1)))
-    axes.set(yscale="log", ylim=(foot, 1.8), ylabel="probability of exceeding the limit")
+    axes.set(yscale="log", ylim=(foot, 2.5), ylabel="probability of exceeding the limit")
 
 
 def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
@@ -56,10 +58,12 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
         if not len(known):
             continue
         percentiles = np.percentile(known, at)
-        low, high = percentile_interval(known, at, 1.96)
+        low, high = percentile_interval(known, at, Z_95)
         axes.plot(np.full(len(at), value), percentiles, "-o", ms=4, lw=1.0, color=BLUE)
-        axes.vlines(value, np.nanmin(low), np.nanmax(high), color=BLUE, alpha=0.4, lw=3)
+        axes.vlines(np.full(len(at), value), low, high, color=BLUE, alpha=0.4, lw=5)
     axes.plot([], [], "-o", ms=4, color=BLUE, label="percentiles " + "/".join(f"{p:g}" for p in at))
+    words = f"{LEVEL} intervals of these, where both ends are known"
+    axes.vlines([], [], [], color=BLUE, alpha=0.4, lw=5, label=words)
     if file.config.limits.amplitude_mm is not None:
         axes.axhline(file.config.limits.amplitude_mm, color=BLACK, lw=1.2, ls=":", label="limit")
     axes.set(ylabel="largest amplitude [mm]", ylim=(0.0, None))

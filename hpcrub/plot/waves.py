@@ -30,10 +30,12 @@ def casing_waves(canvas: Canvas, file: ResultFile) -> None:
     _draw_growth(growth, speeds, rates, file.config.contact.friction)
     growth.set(xlabel=SPEED, xlim=(0.0, top), ylim=(0.0, None))
     growth.set_title("all tips in permanent contact")
+    canvas.note("n: waves of the casing, f: speed, $f_c$, $f_b$: frequencies of casing and blades")
     critical = float(file.read("casing/critical_speed_hz").min())
     for panel in (lines, growth):
-        panel.axvline(critical, color=BLACK, lw=1.2, ls=":")
-        panel.axvspan(file.config.speeds.from_hz, file.config.speeds.to_hz, color="0.93", zorder=0)
+        panel.axvline(critical, color=BLACK, lw=1.2, ls=":", label="the rotor overtakes a wave")
+        studied = file.config.speeds.from_hz, file.config.speeds.to_hz
+        panel.axvspan(*studied, color="0.93", zorder=0, label="speeds of the study")
 
 
 def _draw_lines(axes: Axes, file: ResultFile, top: float) -> None:
@@ -55,11 +57,11 @@ def _draw_lines(axes: Axes, file: ResultFile, top: float) -> None:
         axes.plot(speed, f + n * speed, color=colour, lw=1.4, ls=(0, (5, 2)))
         for k, face in enumerate((colour, "w")):
             axes.plot(met[j, :, k], blades[j], "o", mfc=face, mec=colour, ms=8, zorder=4)
-    axes.plot([], [], "o", color="0.3", label=KINDS[0])
-    axes.plot([], [], "o", mfc="w", mec="0.3", label=KINDS[1])
+    axes.plot([], [], "o", color="0.3", label=f"{KINDS[0]}: $n\\,f = f_c + f_b$")
+    axes.plot([], [], "o", mfc="w", mec="0.3", label=f"{KINDS[1]}: $n\\,f = |f_c - f_b|$")
     axes.set(xlabel=SPEED, ylabel="frequency seen from the rotor [Hz]", xlim=(0.0, top))
     axes.set(ylim=(0.0, highest))
-    axes.set_title("waves of the casing: |f_c − n f| full, f_c + n f dashed")
+    axes.set_title(r"waves of the casing: $|f_c - n\,f|$ full, $f_c + n\,f$ dashed")
 
 
 def _draw_growth(axes: Axes, speeds: np.ndarray, rates: np.ndarray, friction: float) -> None:
@@ -93,7 +95,7 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
                 f"{waves[i]:.0f}", (speeds[i], moved[i]), xytext=(0, 7), ha="center",
                 textcoords="offset points", fontsize=10,
             )  # fmt: skip
-    tips.set(ylabel="largest |u_t| of a tip [mm]", title="tips")
+    tips.set(ylabel="largest $|u_t|$ of a tip [mm]", title="tips")
     motion.set(ylabel="largest radial motion [mm]", title="casing (numbers: waves n)")
     values = 100 * file.read("tuned/casing_energy_share")
     share.plot(speeds, values, color=BLACK, marker=MARKERS[0], ms=4, label="tuned disk")

@@ -71,6 +71,7 @@ class Course:
         self.check = start + first
         self.cap = start + math.floor(steady.max_time * speed_hz * self.per_turn)
         self.is_ensemble = steady.rule == "ensemble"
+        self.window = steady.window_revolutions * self.per_turn
         self.watch = watch_of(modes, scene, speed_hz)
         self.touched = start, np.zeros(0)  # a block, and `steps_touched` of the law there
         limit = LARGEST * scene.interface.radius.max()
@@ -102,7 +103,7 @@ class Course:
         """Whether the next check, or the present one, is the last that time allows."""
         if self.is_ensemble:
             return self.check + self.extension > self.cap
-        return self.check >= self.cap
+        return self.cap - self.check < self.window  # the windows of two checks must not overlap
 
 
 class Band:

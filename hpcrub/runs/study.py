@@ -251,7 +251,9 @@ class StudyInTime(Study):
         """Findings against the points and amplitudes of all disks, or starts."""
         names = "amplitude_m", "point_status", "point_reason"
         amplitude, states, reasons = map(file.read, names)
-        yield from verdict.of_points(file.config, amplitude, states, reasons)
+        of_histories = "history" in self.sections
+        key = "history.duration_s" if of_histories else "steady_state.max_time_s"
+        yield from verdict.of_points(file.config, amplitude, states, reasons, key)
         yield from verdict.kinematics(file.config, amplitude)
 
 

@@ -1,6 +1,7 @@
 """Verdicts on results: whether they are usable, why not, and what to do."""
 
 from collections.abc import Iterable, Iterator
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ NOT_RESOLVED = "not resolved"  # first words of warnings of `setup.plausibility`
 MOST = 5  # most lines below a verdict
 FEW = 0.05  # share of points or peaks, or change of a peak, above which a result is useless
 FAR = 0.2  # of the tip radius: larger displacements are beyond a linear model of blades
+BEYOND = "count as beyond the limit"  # meaning of a disk without a result
 SMALL = 0.1  # of the casing's reach: largest radial error by small displacements
 
 
@@ -90,28 +92,47 @@ def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
     )
 
 
-def unsettled(config: Config, n_lost: int, n: int, of: str) -> Iterator[Finding]:
-    """Finding about n_lost of n peaks or points (`of`) whose motion has not settled in its time."""
+def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
+    """Finding about n_lost of n disks without a result; meaning: what the study makes of them."""
+    if n_lost:
+        words = f"{n_lost} of {n} disks have no result"
+        yield Finding(
+            USELESS if n_lost > FEW * n else REMARK, words, f"{words} at any speed, and {meaning}"
+        )
+
+
+def unsettled(
+    config: Config, n_lost: int, n: int, of: str, key: str = "steady_state.max_time_s"
+) -> Iterator[Finding]:
+    """Finding about n_lost of n peaks or points (`of`) whose motion has not settled in its time.
+
+    key: of the longest time of a motion.
+    """
     if not n_lost:
         return
     what = "may cut deeper" if config.contact.wears else "may still grow or decay"
-    why, longer = f"{n_lost} of {n} {of} have not settled", config.steady_state.max_time_s
-    advice = f"{why} within their time and {what}: steady_state.max_time_s above {longer:g}"
+    why, longer = f"{n_lost} of {n} {of} have not settled", attrgetter(key)(config)
+    advice = f"{why} within their time and {what}: {key} above {longer:g}"
     yield Finding(USELESS if n_lost > FEW * n else SINGLE, why, advice)
 
 
 def of_points(
-    config: Config, amplitude: np.ndarray, states: np.ndarray, reasons: np.ndarray
+    config: Config,
+    amplitude: np.ndarray,
+    states: np.ndarray,
+    reasons: np.ndarray,
+    key: str = "steady_state.max_time_s",
 ) -> Iterator[Finding]:
     """Findings against the points of some disks, or starts, at some speeds.
 
     - amplitude: (D, S) displacements or energies, whose peak over the speeds counts.
     - states, reasons: (D, S) codes of ``status``.
+    - key: see `unsettled`.
     """
     n = int(np.count_nonzero(states != NO_POINT))
     yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
-    yield from unsettled(config, int(np.count_nonzero(states == NOT_STEADY)), n, "points")
-    known = np.isfinite(amplitude).any(axis=1)
+    yield from unsettled(config, int(np.count_nonzero(states == NOT_STEADY)), n, "points", key)
+    known = (np.nan_to_num(amplitude) > 0.0).any(axis=1)
     if not known.any() or amplitude.shape[1] == 1:
         return
     yield from of_peaks(config, np.nanargmax(amplitude[known], axis=1))
@@ -148,15 +169,15 @@ def few(percentiles: Iterable[float], n: int) -> Iterator[Finding]:
     ends = {p: min(p, 100.0 - p) / 100.0 for p in percentiles}
     unknown = [p for p, end in ends.items() if (1.0 - end) ** n > tail]
     if n > 1 and unknown:
-        least = min(ends.values())
-        if least > 0.0:
+        advice = []
+        if least := min((ends[p] for p in unknown if ends[p] > 0.0), default=0.0):
             needed = int(np.ceil(np.log(tail) / np.log1p(-least)))
-            advice = f"mistuning.samples of {needed} and more"
-        else:  # no number of samples bounds the extremes of all disks
-            advice = "convergence.percentiles without 0 and 100"
+            advice.append(f"mistuning.samples of {needed} and more")
+        if 0.0 in ends.values():  # no number of samples bounds the extremes of all disks
+            advice.append("convergence.percentiles without 0 and 100")
         yield Finding(
             REMARK,
             "few samples",
             f"percentiles {', '.join(f'{p:g}' for p in unknown)} have no 95 % interval with "
-            f"{n} samples: {advice}",
+            f"{n} samples: {', '.join(advice)}",
         )

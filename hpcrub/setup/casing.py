@@ -10,7 +10,7 @@ STEPS_PER_WAVE = 16  # least time steps while a wave of the casing passes a blad
 
 
 def casing_modes_of(config: Config) -> CasingModes | None:
-    """Modes of the casing; None if rigid. Raises InputError for waves that steps do not resolve."""
+    """Modes of the casing; None if rigid. Raises InputError for waves that cannot be followed."""
     casing = config.casing
     if not casing.vibrates:
         return None
@@ -33,12 +33,23 @@ def _of_ring(config):
     section = radius / 1000, ring.thickness_mm / 1000, ring.width
     bed = ring.bed_radial_n_per_m2, ring.bed_tangential_n_per_m2
     elastic = Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)
-    return ring_modes(elastic, np.array(sorted(ring.waves)), ring.damping_ratio)
+    try:
+        return ring_modes(elastic, np.array(sorted(ring.waves)), ring.damping_ratio)
+    except ValueError as error:
+        raise InputError(
+            f"casing.ring.waves: {error} in a ring of {ring.thickness_mm:g} mm on a bed of "
+            f"{bed[0]:g} N/m²; leave it out, or give more casing.ring.bed_radial_n_per_m2"
+        ) from None
 
 
 def _of_table(pairs):
     n, frequency, mass, ratio, damping = np.array(
         sorted(tuple(pair.model_dump().values()) for pair in pairs)
     ).T
+    if len(wrong := ratio[(n == 0) & (ratio != 0.0)]):
+        raise InputError(
+            f"casing.modes: tangential_ratio of {wrong[0]:g} at n = 0, where the casing moves "
+            "outward alone; 0 is allowed"
+        )
     radial = 1.0 / np.sqrt(mass)
     return CasingModes(n.astype(int), 2.0 * np.pi * frequency, damping, radial, ratio * radial)

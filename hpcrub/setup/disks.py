@@ -9,12 +9,13 @@ from hpcrub.errors import InputError
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.setup import input_files
-from hpcrub.setup.problem import Model, Problem, build_problem
+from hpcrub.setup.problem import FURTHEST, Model, Problem, build_problem
 
 # Relative change of stiffness from run to run of one disk. It is far too small to matter for a
 # structure, and large enough for a chaotic motion to take another course before it is judged. (With
-# 1e-6 all runs were still the same when they ended.)
+# 1e-6 all runs were still the same when they ended by the rule of the paper.)
 APART = 3e-5
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # its multiples fill a range evenly, however many there are
 
 
 class Disks(NamedTuple):
@@ -24,16 +25,26 @@ class Disks(NamedTuple):
     modes: list[Modes]  # of every disk
 
 
+def apart(run: int) -> float:
+    """Relative change of stiffness in a run of one disk, from 0 up to FURTHEST [-].
+
+    The first ten are APART from each other, and all later ones lie between them: with stiffer and
+    stiffer disks the amplitude of a motion that repeats itself would follow the stiffness.
+    """
+    block, place = divmod(run, round(FURTHEST / APART))
+    return APART * (place + GOLDEN * block % 1.0)
+
+
 def deviation(config: Config, level: int, sample: int) -> np.ndarray:
     """Relative stiffness deviation of every blade in a sample on a level.
 
-    The samples of an explicit pattern are runs of one disk, each a little stiffer than the last.
+    The samples of an explicit pattern are runs of one disk, each a little stiffer (`apart`).
     A part of a study draws a sample as the whole study does.
     level, sample: indices in the result file. Returns (N,) [-].
     """
     sample = config.samples[sample]
     if config.pattern_deviation is not None:
-        return config.pattern_deviation + APART * sample
+        return config.pattern_deviation + apart(sample)
     if config.mistuning.pattern_file is not None:
         return input_files.patterns(config)[sample]
     half_range = config.mistuning.half_range[level]
@@ -45,15 +56,17 @@ def deviation(config: Config, level: int, sample: int) -> np.ndarray:
 def sigma_of(config: Config) -> np.ndarray:
     """Standard deviation of a blade's stiffness on every level of the file, (V,) [-].
 
-    An explicit pattern has the standard deviation of its blades.
+    An explicit pattern has the standard deviation of its blades, and an intentional one beneath
+    random deviations adds its own variance to theirs.
     Source: Joachim, Nyssen, Batailly 2020, equation (4).
     """
     if config.pattern_deviation is not None:
         return np.array([np.std(config.pattern_deviation)])
     half_range, law = config.mistuning.half_range, config.mistuning.law
+    beneath = float(np.std(law.intentional or (0.0,)))  # the blades hold whole repetitions
     if config.mistuning.pattern_file is not None:
         return np.full(len(half_range), np.std(input_files.patterns(config)))
-    return half_range / np.sqrt(3) if law.distribution == "uniform" else half_range * law.sigma
+    return np.hypot(half_range * law.sigma, beneath)
 
 
 def disks(config: Config) -> np.ndarray:

@@ -36,16 +36,17 @@ def resolved(config: Config) -> Config:
     moves = (of_node == model.contact_node[0]) & np.isin(direction, (1, 2, 3))
     directions = min(3, max(2, int(moves.sum())))
     n_points = len(model.contact_node) * (model.n_sectors or 1)
-    radius = np.hypot(*model.nodes[model.contact_node, :2].T).max()
+    x, y, z = model.nodes[model.contact_node].T
+    radius = np.hypot(x, y)
     keys = {
         "disk.model_sha256": checksum,
         "disk.n_blades": model.n_blades,
         "disk.n_contact_nodes": n_points,
         "disk.n_directions": directions,
-        "disk.n_strips": 1 + int(strips(model.nodes[model.contact_node, 2]).max()),
+        "disk.n_strips": 1 + int(strips(z, radius).max()),
         "disk.n_stresses": len(model.stress_blade) * (model.n_sectors or 1),
-        "disk.static_mpa": float(1e-6 * static.max()) if len(static) else None,
-        "disk.tip_radius_mm": float(1e3 * radius),
+        "disk.static_mpa": float(1e-6 * static.max(initial=0.0)) if len(static) else None,
+        "disk.tip_radius_mm": float(1e3 * radius.max()),
         "disk.least_clearance_mm": float(1e3 * model.contact_clearance.min()),
     }
     n_modes = families.whole(config.reduction.n_modes, model.n_blades)

@@ -11,7 +11,7 @@ import numpy as np
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
 from hpcrub.config.text import lines_of
-from hpcrub.model.damping import ratios
+from hpcrub.model import families
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.scene import can_touch
@@ -44,6 +44,10 @@ def steady_problems(config: Config) -> Iterator[str]:
          f"steady_state.max_time_s: {steady.max_time_s:g} s are over before the first test, which "
          f"compares twice {steady.window_revolutions} revolutions at {speeds.from_hz:g} Hz; at "
          f"least {2.0 * longest:.4g} s are needed"),
+        (steady.rule == "last_window" and steady.extend_revolutions < steady.window_revolutions,
+         f"steady_state.extend_revolutions: {steady.extend_revolutions} are less than the "
+         f"{steady.window_revolutions} of steady_state.window_revolutions, so that the windows of "
+         "two checks would overlap"),
         (not has_no_test and config.casing.growth_time > begins,
          f"casing.growth_time_s: the bumps still grow at {begins:.4g} s, when the first test of "
          "the steady state begins; a shorter one, or steady_state.first_check_s of at least "
@@ -60,8 +64,9 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
         return
     yield from _step_warnings(config, problem)
     yield from _mode_warnings(config, problem)
-    yield from _time_warnings(config, problem)
-    yield from _friction_warnings(config, problem)
+    tuned = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
+    yield from _time_warnings(config, tuned)
+    yield from _friction_warnings(problem.scene, tuned)
     yield from _rebound_warnings(config, problem)
     yield from _wave_warnings(config, problem)
 
@@ -155,12 +160,13 @@ def _noise_warnings(config):
     )  # fmt: skip
 
 
-def _time_warnings(config, problem):
+def _time_warnings(config, tuned):
     """Warn of windows shorter than a period, and of times too short for transients to decay."""
-    omega = np.sqrt(problem.reduced.tuned_eigenvalues)
-    steady, ratio = config.steady_state, ratios(config.damping, omega)
-    constant = 1.0 / float((ratio * omega).min())  # time constant of the slowest transient [s]
-    needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / omega[0]))
+    steady = config.steady_state
+    decay = float((tuned.damping_ratios(config.damping) * tuned.joined.omega).min())  # slowest
+    constant = 1.0 / decay if decay > 0.0 else np.inf  # of casing or air without damping [s]
+    within = f"within {SETTLED * constant:.2g} s" if decay > 0.0 else "never"
+    needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / tuned.omega[0]))
     left = float(np.exp(-steady.first_check / constant))
     return lines_of(
         (needed > steady.window_revolutions,
@@ -168,8 +174,8 @@ def _time_warnings(config, problem):
          "less than a period of the slowest mode; steady_state.window_revolutions of "
          f"{needed} are needed"),
         (steady.rule == "ensemble" and SETTLED * constant > steady.max_time,
-         f"not steady: transients decay within {SETTLED * constant:.2g} s, steady_state.max_time_s "
-         f"is {steady.max_time_s:g}; motions that do not repeat stay marked as not steady"),
+         f"not steady: transients decay {within}, steady_state.max_time_s is "
+         f"{steady.max_time_s:g}; motions that do not repeat stay marked as not steady"),
         (steady.rule == "last_window" and left > TRANSIENT,
          f"not resolved: transients decay with a time constant of {constant:.2g} s, of which "
          f"steady_state.first_check_s of {steady.first_check_s:g} leaves up to {100 * left:.2g} %: "
@@ -178,11 +184,10 @@ def _time_warnings(config, problem):
     )  # fmt: skip
 
 
-def _friction_warnings(config, problem):
-    scene, modes = problem.scene, mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
-    critical = critical_friction(modes, scene.elastic_casing)
+def _friction_warnings(scene, tuned):
+    critical = critical_friction(tuned, scene.elastic_casing)
     if scene.friction > critical:
-        rate = growth_rate(modes, scene.damping_ratio, scene.friction)
+        rate = growth_rate(tuned, scene.damping_ratio, scene.friction)
         yield (
             f"flutter: with a friction above {critical:.2g} a blade that slides along the casing "
             f"locks itself; at contact.friction of {scene.friction:g} its displacement grows by "
@@ -231,11 +236,10 @@ def _mode_warnings(config, problem):
     frequencies = np.sqrt(problem.reduced.tuned_eigenvalues) / (2.0 * np.pi)
     top, family = float(frequencies[-1]), float(frequencies[config.disk.n_blades - 1])
     passing = config.casing.main_order * config.speeds.to_hz
-    per_blade = MODES_PER_BLADE + (passing > FAST * family)
-    all_modes = config.disk.n_dof - 2 * config.disk.n_blades
-    wanted = min(per_blade * config.disk.n_blades, all_modes)
+    n, per_blade = config.disk.n_blades, MODES_PER_BLADE + (passing > FAST * family)
+    wanted = min(per_blade * n, config.disk.n_dof - 2 * n)
     return lines_of(
-        (config.disk.model is None and config.reduction.n_modes < wanted,
+        (config.disk.model is None and families.whole(config.reduction.n_modes, n) < wanted,
          f"not resolved: reduction.n_modes is {config.reduction.n_modes}, fewer than {per_blade} "
          f"for each blade, {wanted}"),
         (top < passing,

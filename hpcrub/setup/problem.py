@@ -23,6 +23,7 @@ from hpcrub.setup.laws import law_of
 # Numbers of samples, for a planar disk and for a model file, from which a kernel of half the lanes
 # gains more time than its compilation takes (docs/kernel.md).
 MANY_SAMPLES = 500, 20
+FURTHEST = 3e-4  # bound of the change of stiffness from run to run of one disk (`disks.apart`)
 SMALLEST = 1e-13  # of the largest eigenvalue: smaller eigenvalues have hardly a correct digit
 
 
@@ -80,7 +81,8 @@ def build_problem(config: Config) -> Problem:
     reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config), interface=interface)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
-    stiffest = max(0.0, config.mistuning.largest if pattern is None else np.max(pattern))
+    largest = config.mistuning.largest if pattern is None else np.max(pattern) + FURTHEST
+    stiffest = max(FURTHEST, largest)  # of the runs of the tuned disk, or of a sample
     limit = 2.0 / np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest))
     if config.time.scheme == "central_difference" and not resolution.longest_step(config) < limit:
         raise InputError(
@@ -122,11 +124,11 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
 
 
 def _beside_rotation(config, interface):
-    """Interface with stresses raised for the stress of rotation (Goodman), where it is known."""
+    """Interface with stresses raised for the tension of rotation (Goodman), where it is known."""
     strength, static = config.limits.strength_mpa, interface.stress_static
     if strength is None or not len(static):
         return interface
-    left = 1.0 - static / (1e6 * strength)
+    left = 1.0 - np.maximum(static, 0.0) / (1e6 * strength)  # compression is no margin
     return interface._replace(stress=interface.stress / left[:, None])
 
 
@@ -137,7 +139,7 @@ def coating_of(config: Config, interface: Interface) -> Coating | None:
     c = config.contact.coating
     area, width = config.disk.blade.thickness * config.disk.width, config.disk.width
     if config.disk.model is not None:
-        width = float(np.ptp(interface.axial_position)) or np.nan  # unknown from one node
+        width = float(np.ptp(interface.axial_position)) if interface.n_strips > 1 else np.nan
     if c.tip_area_mm2 is not None:
         area = c.tip_area_mm2 / 1e6
     return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area, width)

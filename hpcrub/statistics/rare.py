@@ -15,6 +15,9 @@ import numpy.typing as npt
 from scipy.special import gammainccinv, gammaincinv, ndtr
 
 TAIL = 0.025  # probability beyond each end of a 95 % interval
+# The same for an interval that is held against a target again and again as disks are added: the
+# side of a probability that is the target itself is then named wrongly once in forty studies.
+TAIL_OF_TESTS = 0.0025
 LEAST = 0.5, 0.25, 0.125, 0.0625, 0.03125  # smallest inclusion probabilities that are tried
 FACTORS = 0.0625 * 2.0 ** np.arange(13)  # factors of a `Rule` that are tried
 MOST = 1e12  # largest number of disks
@@ -23,19 +26,35 @@ MOST = 1e12  # largest number of disks
 ASTRAY, ASTRAY_OF = 1.0, 5.0
 
 
+class Counts(NamedTuple):
+    """Weighted counts of events among independent disks, all of one shape."""
+
+    total: npt.ArrayLike  # sum of the weights of the events
+    squares: npt.ArrayLike  # sum of their squares
+    next_one: npt.ArrayLike  # weight that one more event would have
+    n: npt.ArrayLike  # number of disks
+
+
 class Goal(NamedTuple):
     """Accuracy at which a probability is known well enough; None: not required."""
 
-    error: float | None  # half of the interval, relative to the probability
-    below: float | None  # probability that the interval must not contain
+    error: float | None  # half of the 95 % interval, relative to the probability
+    below: float | None  # probability that the interval of the tests must not contain
 
-    def is_met(self, chance: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Whether probabilities and ends of their intervals, all of one shape, meet the goal."""
-        met = np.full(np.shape(chance), True)
+    def side(self, counts: Counts) -> np.ndarray:
+        """Whether probabilities are certainly below (-1) or above (1) the target, or neither."""
+        low, high = interval(counts, TAIL_OF_TESTS)
+        target = np.nan if self.below is None else self.below
+        return (low > target).astype(int) - (high < target)
+
+    def is_met(self, counts: Counts) -> np.ndarray:
+        """Whether probabilities are known well enough from counts."""
+        met = np.full(np.shape(counts.total), True)
         if self.error is not None:
+            (low, high), chance = interval(counts), np.divide(counts.total, counts.n)
             met &= (chance > 0.0) & (high - low <= 2.0 * self.error * chance)
         if self.below is not None:
-            met &= (high < self.below) | (low > self.below)
+            met &= self.side(counts) != 0
         return met
 
 
@@ -74,27 +93,24 @@ class Plan(NamedTuple):
     saving: float  # cost over the cost of plain sampling
 
 
-def estimate(above: np.ndarray, inclusion: np.ndarray) -> tuple[float, float, float]:
-    """Probability and both ends of its 95 % interval, from n independent disks.
+def count(above: np.ndarray, inclusion: np.ndarray) -> Counts:
+    """Counts of n independent disks.
 
     - above: whether a disk is known to be beyond the limit (n,), False where not computed.
     - inclusion: inclusion probability of each disk (n,), fixed before the disk is computed.
     """
-    weight, n = 1.0 / inclusion[above], len(above)
-    if not n:
-        return np.nan, 0.0, 1.0
-    total, squares = weight.sum(), (weight * weight).sum()
-    low, high = interval(total, squares, 1.0 / inclusion.mean(), n)
-    return float(total / n), float(low), float(high)
+    weight = 1.0 / inclusion[above]
+    return Counts(weight.sum(), (weight * weight).sum(), 1.0 / inclusion.mean(), len(above))
 
 
-def interval(
-    total: npt.ArrayLike, squares: npt.ArrayLike, next_one: npt.ArrayLike, n: npt.ArrayLike
-) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of the 95 % interval of a probability from weighted counts, all of one shape.
+def estimate(counts: Counts) -> tuple[float, float, float]:
+    """Probability and both ends of its 95 % interval."""
+    low, high = interval(counts)
+    return float(np.divide(counts.total, counts.n)), float(low), float(high)
 
-    - total, squares: sums of the weights, and of the squared weights, of all events among n disks.
-    - next_one: weight that one more event would have.
+
+def interval(counts: Counts, tail: float = TAIL) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the interval of a probability; tail: probability beyond each end.
 
     The counts are treated as Poisson variables, whose variance is a little above the binomial
     variance. If all weights are 1, the ends are those of Garwood. Fay and Feuer give the next event
@@ -102,13 +118,13 @@ def interval(
     one over the mean inclusion probability. It is smaller by half or more, and still too large if a
     higher look makes an event more probable. Source: Fay, Feuer, Stat. Med. 16 (1997).
     """
-    total, squares, next_one = map(np.asarray, (total, squares, next_one))
+    total, squares, next_one, n = map(np.asarray, counts)
     some = np.maximum(total, 1e-300)
     scale = np.maximum(squares, 1e-300) / some
-    low = np.where(total > 0.0, scale * gammaincinv(some / scale, TAIL), 0.0)
+    low = np.where(total > 0.0, scale * gammaincinv(some / scale, tail), 0.0)
     one_more = total + next_one
     scale = (squares + next_one * next_one) / one_more
-    high = scale * gammainccinv(one_more / scale, TAIL)
+    high = scale * gammainccinv(one_more / scale, tail)
     return np.minimum(low / n, 1.0), np.minimum(high / n, 1.0)
 
 
@@ -119,7 +135,7 @@ def n_needed(
 
     - chance: probability of an event.
     - squares: mean over all disks of the squared weights of events, of any shape.
-    - next_one: see `interval`; of the shape of squares.
+    - next_one: see `Counts`; of the shape of squares.
 
     Returns numbers of that shape, at most MOST. Plain sampling has squares = chance, next_one = 1.
     """
@@ -127,8 +143,7 @@ def n_needed(
     low, high = np.zeros(np.shape(squares)), np.full(np.shape(squares), np.log(MOST))
     for _ in range(40):
         n = np.exp((low + high) / 2.0)
-        ends = interval(n * chance, n * squares, next_one, n)
-        met = goal.is_met(np.full(np.shape(n), chance), *ends)
+        met = goal.is_met(Counts(n * chance, n * squares, next_one, n))
         low, high = np.where(met, low, np.log(n)), np.where(met, np.log(n), high)
     return np.ceil(np.exp(high) - 1e-6)
 
@@ -136,6 +151,7 @@ def n_needed(
 def plan(
     look: np.ndarray,
     severity: np.ndarray,
+    lost: np.ndarray,
     inclusion: np.ndarray,
     costs: tuple[float, float],
     goal: Goal,
@@ -145,6 +161,7 @@ def plan(
     - look: of all disks so far (n,).
     - severity: of the disks that were computed in full, NaN of the others (n,). The choice of these
       disks must depend on the looks alone.
+    - lost: whether a disk computed in full has no result, which counts as beyond the limit (n,).
     - inclusion: inclusion probability of each disk (n,).
     - costs: of a look and of a full result.
 
@@ -157,7 +174,9 @@ def plan(
     scatter = np.std(y - offset - slope * x, ddof=2) if len(x) > 2 else 1.0
     line = Rule(float(slope), float(offset), float(max(scatter, 1e-6)))
     above = severity > 1.0
-    line = line._replace(astray=_astray(line.chance(look), above, 1.0 / inclusion[above]))
+    astray = _astray(line.chance(look), above, 1.0 / inclusion[above])
+    astray += float((1.0 / inclusion[lost]).sum() / len(look))
+    line = line._replace(astray=astray)
     chance = line.chance(look)
     rules = [Rule()] + [line._replace(factor=f, least=p) for p in LEAST for f in FACTORS]
     share, squares = np.array([_expected(rule.inclusion(look), chance) for rule in rules]).T
@@ -191,6 +210,8 @@ def extrapolated(
 ) -> dict[str, np.ndarray]:
     """Probabilities of exceeding values (X,), from distributions fitted to severities (n,).
 
+    The severities must not all be equal.
+
     weight: number of disks that each stands for (n,); runs: of the bootstrap. Returns percentiles
     2.5, 50 and 97.5 of the probabilities, {name: (3, X)}. Sources: Castanier, Pierre, J. Propuls.
     Power 22 (2006), on the Weibull distribution of largest values, which has an upper end;
@@ -200,7 +221,7 @@ def extrapolated(
 
     rng, share = np.random.default_rng(0), weight / weight.sum()
     n = min(int(1.0 / (share * share).sum()), len(severity))
-    unit = np.median(severity)  # the fits start from values about 1
+    unit = severity.mean()  # the fits start from values about 1
     severity, at = severity / unit, at / unit
     weibull, pareto = np.full((2, runs, len(at)), np.nan)
     for run in range(runs):

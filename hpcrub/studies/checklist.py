@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import stdtrit
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import flatten
@@ -21,7 +22,6 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import APART, deviation
-from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.contact.amplification import peaks_of
 
 LEAST = 0.01  # smallest mean change of the disks that counts [-]
@@ -78,7 +78,8 @@ _CD = ("change", "disk")
 NUMBERED = ", ".join(f"{number} {change.what}" for number, change in enumerate(CHANGES))
 LAYOUT = (
     Dataset("peak_amplitude_m", _CD, "m",
-            f"largest amplitude over the speeds; disk 0: tuned; change: {NUMBERED}"),
+            "largest amplitude over the speeds; NaN: not computed, infinite: no result; disk 0: "
+            f"tuned; change: {NUMBERED}"),
     Dataset("peak_stress_pa", _CD, "Pa", "largest stress over the speeds"),
 )  # fmt: skip
 
@@ -115,19 +116,20 @@ class Checklist(Study):
         own = deviation(config, level, disk - 1) if disk else np.zeros(config.disk.n_blades)
         with contextlib.suppress(InputError):  # for example more modes than a model has
             size, stress = peaks_of(config.replace(values), own + change.start, poll)
-            yield "peak_amplitude_m", (number, disk), size
+            yield "peak_amplitude_m", (number, disk), size if np.isfinite(size) else np.inf
             yield "peak_stress_pa", (number, disk), stress
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Lines about the effect of every change."""
         size = 1e3 * file.read("peak_amplitude_m")
         if not np.isfinite(size[0]).any():
-            yield "no disk has a largest amplitude yet"
+            yield "no disk has a largest amplitude"
             return
-        n = np.count_nonzero(np.isfinite(size[0, 1:]))
+        mistuned = size[0, 1:][np.isfinite(size[0, 1:])]
+        middle = f"{np.median(mistuned):.4g} mm" if len(mistuned) else "-"
         yield (
-            f"as asked: tuned {size[0, 0]:.4g} mm, median of {n} mistuned disks "
-            f"{np.nanmedian(size[0, 1:]):.4g} mm; what follows is the change of all of them"
+            f"as asked: tuned {size[0, 0]:.4g} mm, median of {len(mistuned)} mistuned disks "
+            f"{middle}; what follows is the change of all of them"
         )
         for change, (mean, error, most) in zip(CHANGES[1:], moved(size), strict=True):
             if np.isfinite(mean):
@@ -140,6 +142,14 @@ class Checklist(Study):
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Changes of the computation that move the answer, and inputs that must be known well."""
         size = file.read("peak_amplitude_m")
+        lost, n = np.isinf(size), size.shape[1]
+        meaning = "no change of them is known"
+        yield from verdict.without_result(int(np.count_nonzero(lost[0])), n, meaning)
+        for change, gone in zip(CHANGES[1:], lost[1:] & ~lost[0], strict=True):
+            if gone.any():
+                words = f"{np.count_nonzero(gone)} of {n} disks have no result with {change.what}"
+                weight = USELESS if change.is_error else SINGLE
+                yield Finding(weight, words, f"{words}: {change.key}")
         for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=True):
             if not _counts(mean, error):
                 continue
@@ -149,23 +159,24 @@ class Checklist(Study):
                 yield Finding(weight, words, f"{words}: {change.key}")
             else:
                 yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
-        yield from verdict.kinematics(file.config, size[0])
+        yield from verdict.kinematics(file.config, size[0][~lost[0]])
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:
     """Mean relative change, half its 95 % interval and largest change of a disk, by row.
 
+    The interval is that of Student, because the disks are few.
     size: largest amplitudes (changes, disks), row 0 without a change. NaN where fewer than two
     disks have an amplitude in the row and in row 0.
     """
     moves = []
     for row in size[1:]:
-        ratio = row / size[0] - 1.0
-        ratio = ratio[np.isfinite(ratio)]
+        known = np.isfinite(row) & np.isfinite(size[0])
+        ratio = row[known] / size[0][known] - 1.0
         if len(ratio) < 2:
             moves.append((np.nan, np.nan, np.nan))
             continue
-        error = Z_95 * ratio.std(ddof=1) / np.sqrt(len(ratio))
+        error = stdtrit(len(ratio) - 1, 0.975) * ratio.std(ddof=1) / np.sqrt(len(ratio))
         moves.append((float(ratio.mean()), float(error), float(np.abs(ratio).max())))
     return moves
 

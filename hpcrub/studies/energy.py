@@ -27,6 +27,7 @@ from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact.study import open_contact, require_complete
+from hpcrub.studies.contact.survey import n_counted
 
 _SAMPLE, _SS = ("sample",), ("sample", "speed")
 LAYOUT = (
@@ -147,7 +148,8 @@ class Energy(StudyInTime):
         n_wanted = config.energy.samples
         with open_contact(config.sources[0]) as file:
             require_complete(file, config)
-            values, done = file.read("samples/amplification"), file.status == DONE
+            n = n_counted(file)
+            values, done = file.read("samples/amplification")[:, :n], file.status[:, :n] == DONE
             if np.count_nonzero(done) < n_wanted:
                 raise InputError(
                     f"energy.samples: {n_wanted:,} is more than the {np.count_nonzero(done):,} "
@@ -217,7 +219,9 @@ class Energy(StudyInTime):
         names = "energy_j", "point_status", "point_reason"
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all
-        yield from verdict.of_points(file.config, energy.max(axis=2), states, reasons)
+        yield from verdict.of_points(
+            file.config, energy.max(axis=2), states, reasons, "steady_state.max_time_s"
+        )
 
 
 STUDY = Energy()

@@ -301,6 +301,10 @@ class PatternStudy(Study):
             words = f"{lost} of {len(least)} disks of the best pattern flutter"
             advice = "without contact: types further apart in patterns.types_percent"
             yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
+        size, done = file.read("contact_amplitude_m"), file.read("contact_status") == DONE
+        n_lost, n = (int(np.count_nonzero(done & off)) for off in (~np.isfinite(size), True))
+        yield from verdict.without_result(n_lost, n, "are missing in the percentiles in contact")
+        yield from verdict.kinematics(file.config, size)
         yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
 
 

@@ -21,7 +21,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.statistics.rare import Goal, Plan, Rule, estimate, n_needed, plan
+from hpcrub.statistics.rare import Counts, Goal, Plan, Rule, count, estimate, n_needed, plan
 from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
 from hpcrub.studies.contact.limits import percent, severities, severity
 from hpcrub.studies.threshold import limit_problems
@@ -78,13 +78,12 @@ class Sampling(Job):
                 speeds = tuple(map(int, looked_at))
                 rule = _plan(self.file, before, speeds, goal).rule if speeds else Rule()
                 return Step(n, speeds, rule)
-            estimated = [self.file.read(name)[place] for name in ESTIMATE]
-            if np.isnan(estimated[0]):
+            counts = counts_of(self.file, n)
+            if np.isnan(self.file.read("probability")[place]):
                 if not before:
                     self._choose_look(goal)
-                estimated = estimate(beyond(self.file)[:n], self.file.read("inclusion")[:n])
-                self.file.write(dict(zip(ESTIMATE, estimated, strict=True)), place)
-            if goal.is_met(*estimated):
+                self.file.write(dict(zip(ESTIMATE, estimate(counts), strict=True)), place)
+            if goal.is_met(counts):
                 return None
             before = n
         return None
@@ -186,8 +185,8 @@ class Rare(Study):
 
     def is_enough(self, file: ResultFile) -> bool:
         """Whether the goal is met."""
-        met = goal_of(file.config).is_met(*(file.read(name) for name in ESTIMATE))
-        return bool(met.any())
+        n = last_estimate(file)[0]
+        return bool(n and goal_of(file.config).is_met(counts_of(file, n)))
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The probability, the number of disks that it took, and the first look."""
@@ -210,14 +209,12 @@ class Rare(Study):
             )  # fmt: skip
         size, n = file.read("peak_amplitude_m")[computed], int(np.count_nonzero(computed))
         lost = int(np.count_nonzero(~np.isfinite(size)))
-        if lost:
-            words = f"{lost} of {n} disks have no result"
-            weight = USELESS if lost > verdict.FEW * n else verdict.REMARK
-            yield Finding(weight, words, f"{words} at any speed, and count as beyond the limit")
+        yield from verdict.without_result(lost, n, verdict.BEYOND)
         unsteady = int(np.count_nonzero(file.read("peak_status")[computed] == NOT_STEADY))
         yield from verdict.unsettled(config, unsteady, n, "peaks")
         if speeds.n_values > 1:
             at = file.read("pilot_peak_hz")
+            at = at[file.read("peak_amplitude_m")[: len(at)] > 0.0]
             yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
         yield from verdict.kinematics(config, size)
 
@@ -270,6 +267,11 @@ def beyond(file: ResultFile) -> np.ndarray:
     return in_full(file) & ~(severities(file) <= 1.0)
 
 
+def counts_of(file: ResultFile, n: int) -> Counts:
+    """Weighted counts of the first n disks."""
+    return count(beyond(file)[:n], file.read("inclusion")[:n])
+
+
 def last_estimate(file: ResultFile) -> tuple[int, np.ndarray]:
     """Number of disks of the last estimate, or 0; probability and ends of its interval (3,)."""
     estimates = np.array([file.read(name) for name in ESTIMATE])
@@ -292,8 +294,7 @@ def answer(file: ResultFile) -> str:
     )
     if limits.probability_below is None:
         return text
-    side = "below" if high < limits.probability_below else "not certainly below"
-    side = "above" if low > limits.probability_below else side
+    side = ("not certainly below", "above", "below")[goal_of(file.config).side(counts_of(file, n))]
     return f"{text}, {side} the {percent(limits.probability_below)} % asked for"
 
 
@@ -334,7 +335,9 @@ def _plan(file: ResultFile, n: int, speeds: tuple[int, ...], goal: Goal) -> Plan
     pilot, look = _looks(file, speeds), file.read("look")[:n]
     look[: len(pilot)] = pilot
     inclusion = file.read("inclusion")[:n]
-    return plan(look, severities(file)[:n], inclusion, costs(file, speeds), goal)
+    severity = severities(file)[:n]
+    lost = in_full(file)[:n] & np.isnan(severity)
+    return plan(look, severity, lost, inclusion, costs(file, speeds), goal)
 
 
 def _supposed(config):

@@ -120,11 +120,12 @@ class Threshold(Study):
         if key.startswith(NEVER_KEYS):
             yield f"threshold.key: {key} changes no disk"
             return
-        for value in (config.threshold.lowest, config.threshold.highest):
+        for value in map(float, config.threshold.values):
             try:
                 at_value(config, value)
             except InputError as error:
                 yield f"threshold.key: {value:g}: {error}"
+                return
 
     def cost(self, config: Config) -> Cost:
         """Cost of the disks that a few values need until their intervals leave out the target."""
@@ -169,7 +170,11 @@ class Threshold(Study):
                 f"the probability rises and falls again with {config.threshold.key}: one of "
                 "several crossings is told; draw the figure, and search on parts of the range",
             )  # fmt: skip
-        yield from verdict.kinematics(config, file.read("peak_amplitude_m"))
+        size = file.read("peak_amplitude_m")
+        computed = np.arange(size.shape[1]) < search.n_done[:, None]
+        lost = int(np.count_nonzero(computed & ~np.isfinite(size)))
+        yield from verdict.without_result(lost, int(search.n_done.sum()), verdict.BEYOND)
+        yield from verdict.kinematics(config, size)
 
 
 def limit_problems(config: Config) -> Iterator[str]:

@@ -254,8 +254,9 @@ class TimeResponse(StudyInTime):
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Reasons to distrust the motions of the disks."""
         moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
-        points = moved, file.read("point_status"), file.read("point_reason")
-        yield from verdict.of_points(file.config, *(values[:, None] for values in points))
+        states, reasons = file.read("point_status"), file.read("point_reason")
+        of_disks = moved[:, None], states[:, None], reasons[:, None]
+        yield from verdict.of_points(file.config, *of_disks, key="history.duration_s")
         yield from verdict.kinematics(file.config, moved)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from docs import decks
-from evidence.blisk.mesh import sector
+from evidence.blisk.mesh import BLISK, sector
 from evidence.truth.hexahedra import SMALL
 from hpcrub.__main__ import main as program
 from hpcrub.model.imported.readers import deck as reader
@@ -68,6 +68,12 @@ def test_decks_hold_what_each_job_needs(mesh):
     assert "BOUNDARY" not in Path("blade_alone.inp").read_text()
     load = re.search(r"CENTRIF, ([\d.]+)", Path("sector_80.inp").read_text())
     assert float(load[1]) == pytest.approx((2 * np.pi * 80.0) ** 2)
+
+
+def test_the_page_names_the_blade_of_the_sector_to_try_it_with():
+    page = (Path(decks.__file__).parent / "tutorial_own_disk.md").read_text("utf-8")
+    first, last = map(int, re.search(r"GENERATE\\n(\d+), (\d+)", page).groups())
+    np.testing.assert_array_equal(sector(BLISK).blade_elements + 1, np.arange(first, last + 1))
 
 
 def test_a_set_that_is_not_there_is_named(mesh):

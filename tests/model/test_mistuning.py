@@ -12,8 +12,11 @@ from scipy.stats import kstest, truncnorm
 from scipy.stats import uniform as uniform_law
 
 from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
 from hpcrub.model.mistuning import Law, stiffness_deviation, uniform
 from hpcrub.setup.disks import deviation, sigma_of
+from hpcrub.setup.problem import build_problem
+from hpcrub.studies.contact.amplification import modes_of_tuned
 
 
 def draws(seed, level, samples, *law, half_range=0.04):
@@ -90,6 +93,16 @@ def test_a_normal_law_is_scipys_truncated_one(truncation):
     assert HALF * law.sigma == pytest.approx(true.std(), rel=1e-12)
 
 
+def test_a_normal_law_that_is_cut_off_early_is_uniform():
+    """To the order t²/15 of exp(-x²/2) within t; sigma was no number with 1e-7."""
+    for t in (1e-7, 1e-3, 1e-2):
+        law = Law("normal", t)
+        assert law.sigma == pytest.approx((1.0 - t**2 / 15.0) / np.sqrt(3.0), rel=t**4 + 1e-14)
+    np.testing.assert_allclose(drawn(Law("normal", 1e-3)), drawn(Law()), rtol=1e-6, atol=1e-12)
+    with pytest.raises(InputError, match=r"mistuning.truncation: 1e-07 .* from 0.001 up to 8"):
+        Config(mistuning={"distribution": "normal", "truncation": 1e-7})
+
+
 def test_measured_blades_are_drawn_with_equal_chances():
     blades = 0.01, -0.02, 0.005, 0.0
     law = Law("measured", measured=blades)
@@ -122,4 +135,32 @@ def test_the_input_says_which_law():
     for level, half in enumerate((0.01, 0.02, 0.03, 0.04)):
         expected = stiffness_deviation(2020, level, 3, 12, half, law)
         np.testing.assert_allclose(deviation(config, level, 3), expected, rtol=1e-15)
-    assert sigma_of(config)[3] == pytest.approx(truncnorm(-2, 2, scale=0.02).std())
+    # the variances of independent parts add up, for all blades of many disks together
+    pattern = np.std([0.05, -0.05, 0.0])
+    expected = np.hypot(truncnorm(-2, 2, scale=0.02).std(), pattern)
+    assert sigma_of(config)[3] == pytest.approx(expected, rel=1e-12)
+    many = draws(2020, 3, range(N), law, half_range=0.04)
+    assert many.std() == pytest.approx(expected, rel=0.01)
+    assert sigma_of(Config())[3] == pytest.approx(0.04 / np.sqrt(3), rel=1e-15)
+
+
+def test_a_disk_stays_itself_in_all_its_runs():
+    """5,000 runs, the last of which was 15 % stiffer; d_max K bounds what stiffness does to omega.
+
+    A range that n numbers fill evenly has no gap of more than a few n-ths.
+    """
+    config = Config(mistuning={"samples": 5000, "pattern": [0.0, 1.0] * 6})
+    runs = np.array([deviation(config, 0, sample)[0] for sample in range(5000)])
+    np.testing.assert_allclose(runs[:10], 3e-5 * np.arange(10), rtol=1e-12)
+    assert runs.max() < 3e-4
+    gaps = np.diff([*np.sort(runs), 3e-4])
+    assert gaps.min() > 0.0
+    assert gaps.max() < 5 * 3e-4 / 5000
+    problem = build_problem(Config())
+    first, last = (modes_of_tuned(Config(), problem, run).omega for run in (0, 999))
+    assert (last / first).min() > 1.0
+    assert (last / first).max() < np.sqrt(1.0 + 3e-4)
+    highest = problem.reduced.tuned_eigenvalues[-1]  # a step that only the first run stands
+    step = 0.99999 * 2.0 / np.sqrt(1.01 * highest)
+    with pytest.raises(InputError, match=r"time.step_s: .* the stability limit"):
+        build_problem(config.replace({"time.scheme": "central_difference", "time.step_s": step}))

@@ -22,6 +22,8 @@ class File:
     def __init__(self, text, warnings="", path="file.h5", **values):
         self.config, self.path = Config.from_yaml(text), Path(path)
         self.values = {name.replace("__", "/"): value for name, value in values.items()}
+        if "samples/status" in self.values and self.config.pattern_deviation is None:
+            self.config = self.config.replace({"mistuning.samples": self.status.shape[1]})
         self.warnings = [line for line in warnings.splitlines() if line]
 
     def read(self, name, where=()):

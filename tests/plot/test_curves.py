@@ -84,7 +84,7 @@ def test_summary_of_a_pattern(random):
 
 
 def test_responses_of_a_family_and_their_differences(random):
-    """The finest model is the reference; the grey band is twice the scatter of both disks."""
+    """The finest model is the reference; the hatched band is twice the scatter of both disks."""
     texts = [PHYSICS.replace("modes: 12", f"modes: {n}") + PATTERN for n in (36, 84, 60)]
     files = [contact_file(random, text, (1, 1)) for text in texts]
     panels = np.reshape(plot.compare(files), (2, 2))
@@ -272,6 +272,15 @@ def test_share_of_a_normal_density_inside_a_contour():
     np.testing.assert_allclose(share, 1 - np.exp(-square / 2), atol=2e-3)
 
 
+def test_a_list_in_a_name_below_amplitudes_stays_in_one_line(random):
+    ring = "casing: {{ring: {{thickness_mm: 20, waves: {}}}}}\ncontact: {{friction: {}}}\n"
+    files = [
+        contact_file(random, TINY + ring.format(*keys)) for keys in (([2, 3], 0.1), ([2], 0.2))
+    ]
+    names = [label.get_text() for label in plot.amplitudes(files).get_xticklabels()]
+    assert {"waves [2, 3]\nfriction 0.1", "waves [2]\nfriction 0.2"} == set(names)
+
+
 def family(tmp_path, *sweep):
     """Stand-ins for the result files of a sweep."""
     path = tmp_path / "input.yaml"
@@ -301,6 +310,8 @@ def family(tmp_path, *sweep):
          ("blades 9", "lean -50.00°", "scheme central difference", "min correlation 0.90",
           "reference", "friction 0.20")),
         (("casing.n_bumps: 4",), ("n_bumps=4",)),
+        (("casing.ring: {thickness_mm: 20}, output: ring.h5", "output: rigid.h5"),
+         ("thickness 20.0 mm", "rigid")),
         (("contact.law: rigid", "contact: {law: elastic, casing_stiffness_n_per_m: 2.4e8}",
           "contact.law: abradable"),
          ("law abradable", "law elastic, casing stiffness 240 MN/m", "law rigid")),

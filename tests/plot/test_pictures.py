@@ -15,7 +15,7 @@ from PIL import Image
 from hpcrub import plot
 from hpcrub.__main__ import main as program
 from hpcrub.commands import run as cli
-from hpcrub.plot import pictures
+from hpcrub.plot import histories, pictures
 from tests.program import ROOT, lay_out
 
 
@@ -116,7 +116,9 @@ def test_an_animation_has_its_frames_and_tips_that_rub_lie_on_the_casing(folder)
         assert 60 < moving.n_frames <= 72  # equal neighbours are kept once, for longer
     film, found = plot.rubbing("a.h5"), []
     for frame in range(0, 72, 6):
-        casing, *_, sparks, _ = film._func(frame)
+        casing, *blades, sparks, _ = film._func(frame)
+        # no blade ends inside the disk, which would hide it
+        assert min(np.hypot(*blade.get_xy().T).max() for blade in blades) > histories.HUB + 0.1
         around, radius = (f(*casing.get_xy().T[::-1]) for f in (np.arctan2, np.hypot))
         x, y = sparks.get_data()
         room = np.interp(np.arctan2(y, x), np.unwrap(around), radius, period=2 * np.pi)

@@ -51,6 +51,19 @@ def test_waves_that_the_steps_do_not_resolve_are_refused():
     assert "casing.ring.waves: n = 150 passes a blade within" in message
 
 
+@pytest.mark.parametrize(
+    ("casing", "words"),
+    [  # both came as far as a traceback, or as a twist of the casing at the breathing frequency
+        ({"ring": RING | {"waves": [1, 2], "bed_radial_n_per_m2": 1e-6}},
+         "casing.ring.waves: nothing holds the wave n = 1 in a ring of 20 mm on a bed of 1e-06"),
+        ({"modes": [{"waves": 0, "tangential_ratio": -0.5}]},
+         "casing.modes: tangential_ratio of -0.5 at n = 0, where"),
+    ],
+)  # fmt: skip
+def test_waves_that_cannot_be_are_refused(casing, words):
+    assert words in refusal(build_problem, Config(casing=casing))
+
+
 def test_a_table_with_other_columns_is_refused(tmp_path):
     (tmp_path / "casing.csv").write_text("waves,frequency_hz\n2,50\n")
     with pytest.raises(InputError, match=r"casing.modes_csv: .* instead of the names waves"):

@@ -20,7 +20,7 @@ from hpcrub.setup import imported, input_files
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import modal
-from tests.program import swept
+from tests.program import refusal, swept
 
 SECTOR = "disk: {model: sector.h5}\n"
 
@@ -84,6 +84,19 @@ def test_nodes_with_a_clearance_of_their_own_get_the_step_of_both_together(folde
     assert near.step == pytest.approx(plain.step)
 
 
+def test_nodes_of_all_blades_meet_the_same_strips_of_a_coating(folder):
+    """Places are rounded where a mesh is written; each blade met strips of its own."""
+    arrays = reduced_arrays()
+    arrays["nodes"] += 5e-6 * np.random.default_rng(6).uniform(-1, 1, arrays["nodes"].shape)
+    model_file.write("noisy.h5", arrays)
+    law = "contact: {law: abradable, coating: {tip_area_mm2: 420}}\n"
+    config = read(law + "disk: {model: noisy.h5}")
+    scene = build_problem(config).scene
+    assert (config.disk.n_strips, scene.n_strips) == (2, 2)
+    at = scene.interface.axial_position
+    np.testing.assert_array_equal(scene.interface.strip, at > 0.0)
+
+
 def test_keys_that_the_model_file_fills_in(sector):
     config = read(SECTOR + "reduction: {n_modes: 7}")
     d = config.disk
@@ -93,6 +106,21 @@ def test_keys_that_the_model_file_fills_in(sector):
     assert Config.from_yaml(config.to_yaml()) == config  # without the file
     model_file.write("reduced.h5", reduced_arrays(7))
     assert read("disk: {model: reduced.h5}").reduction.n_modes == 10
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "words"),
+    [  # each of them changed nothing, or ended the study with a traceback
+        ({"fixed": lambda _: [0, 1]}, "fixed: 2 rows are held, none is allowed"),
+        ({"blade_frequencies_hz": lambda of: of[:3], "blade_participation": lambda of: of[:3]},
+         "blade_frequencies_hz: of 3 blades, contact_blade names 5"),
+    ],
+)  # fmt: skip
+def test_arrays_that_a_reduced_model_cannot_have_are_refused(folder, spoilt, words):
+    arrays = reduced_arrays()
+    spoilt = {name: np.array(spoil(arrays.get(name))) for name, spoil in spoilt.items()}
+    model_file.write("reduced.h5", arrays | spoilt)
+    assert f"reduced.h5: {words}" in refusal(read, "disk: {model: reduced.h5}")
 
 
 @pytest.mark.parametrize(
@@ -318,6 +346,11 @@ def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
     ):
         with pytest.raises(InputError, match=match):
             read(f"{strong}{limits}}}")
+
+    np.savetxt("static.csv", -2.5e8 * (np.arange(24) > 0))  # compression makes nothing better
+    assert import_model.main([*options, "--overwrite"]) == 0
+    pressed = swept(read(f"{strong}500}}"), *how)
+    np.testing.assert_allclose(pressed.stress, found[1], rtol=1e-12)
 
 
 def test_stresses_are_in_the_units_of_their_file():

@@ -59,16 +59,18 @@ def test_a_change_counts_where_it_is_more_than_chance(found):
     changed = np.array([[1.0, 2.0, 4.0], [1.1, 2.2, 4.4], [1.1, 1.8, 4.0], [np.nan] * 3])
     every, chance, nothing = moved(changed)
     np.testing.assert_allclose(every, (0.1, 0.0, 0.1), atol=1e-12)
-    np.testing.assert_allclose(chance, (0.0, 1.96 * 0.1 / np.sqrt(3), 0.1), atol=1e-4)
+    np.testing.assert_allclose(chance, (0.0, 4.3027 * 0.1 / np.sqrt(3), 0.1), atol=1e-4)  # t(2)
     assert np.isnan(nothing).all()
     rows = np.repeat([[0.01, 0.02, 0.03]], len(CHANGES), axis=0)
     rows[NUMBER["half the time step"]] *= [1.07, 1.08, 1.09]
     rows[NUMBER["half the damping"]] *= [1.3, 1.31, 1.32]
     rows[NUMBER["twice the modes"]] *= [1.5, 0.5, 1.0]
+    rows[NUMBER["friction higher by 0.05"]] = np.inf  # no disk has a result
     with open_result(folder / "one.h5", mode="r+") as file:
         file.write({"peak_amplitude_m": rows}, ())
         lines = verdict.block(STUDY.findings(file))
         file.write({"peak_amplitude_m": before}, ())
+    assert "3 of 3 disks have no result with friction higher by 0.05: contact.friction" in lines
     words = "half the time step moves the answer by +8 %"
     assert lines[0] == f"not usable: {words}"
     assert lines[1] == f"{words}: time.step_s"

@@ -9,16 +9,17 @@ from hpcrub.commands import run as cli
 from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
+from hpcrub.plot import families
 from hpcrub.response import sweep
 from hpcrub.response.sweep import SweepResult
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup import disks
 from hpcrub.setup import problem as study
-from hpcrub.studies import open_result
-from hpcrub.studies.contact import amplification, trust
+from hpcrub.studies import energy, open_result
+from hpcrub.studies.contact import STUDY, amplification, trust
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.summary import interval_table, level_table, point_lines
-from tests.program import TINY, datasets, error_lines, load, run_here
+from tests.program import TINY, contents, datasets, error_lines, load, run_here
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +141,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
 def said(file):
     found = trust.survey(file)
     tables = cells(level_table(file, found)), cells(interval_table(file))
-    return [*tables, *point_lines(found), *trust.lines(file, found)]
+    return [*tables, *point_lines(found), *trust.lines(file, found), *STUDY.report(file)]
 
 
 @pytest.mark.parametrize(("criterion", "n"), [("standard_error", 3), ("interval", 6)])
@@ -158,14 +159,23 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
         known = np.isfinite(file.read("statistics/linear/linear_amplification", (0, 0)))
     np.testing.assert_array_equal(known, np.arange(12) < n)
     before = datasets("results/tiny.h5")
+    first = contents("results/tiny.h5")["statistics/contact/convergence_error"]
     assert run_here(tiny, *few, "--status") == 0
     assert run_here(tiny, *few, "--resume") == 0
     assert datasets("results/tiny.h5") == before
     with open_result("results/tiny.h5", mode="r+") as file:  # as more ranks would have computed it
         tables = said(file)
         more = {"amplification": 9.0, "linear_amplification": 9.0, "status": DONE}
-        contact_file.write_sample(file, 0, n, more | {"point_status": np.full(3, status.DIVERGED)})
+        more |= {"peak_amplitude_m": 1.0, "point_status": np.full(3, status.DIVERGED)}
+        contact_file.write_sample(file, 0, n, more)
+        contact_file.write_sample(file, 0, n + 1, {"status": FAILED})
         assert said(file) == tables
+        assert max(map(len, families.finished(file, "amplification"))) == n
+        keys = {"study": "energy", "sources": [str(file.path)], "energy.samples": 1}
+        assert energy.STUDY.constants(file.config.replace(keys))["number"] < n
+    error = "statistics/contact/convergence_error"
+    assert run_here(tiny, *few, "--resume") == 0
+    np.testing.assert_array_equal(contents("results/tiny.h5")[error], first)
 
 
 def test_a_study_without_a_result_does_not_end_as_if_it_had_one(tiny, folder, capfd, monkeypatch):

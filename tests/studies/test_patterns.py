@@ -1,5 +1,7 @@
 """Patterns of blade types: beside all disks of all patterns, on ranks, after a stop."""
 
+import shutil
+
 import h5py
 import numpy as np
 import pytest
@@ -7,9 +9,12 @@ import pytest
 from hpcrub import plot
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs.verdict import block
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, compare, neighbours
+from hpcrub.studies import open_result
+from hpcrub.studies.patterns import STUDY as PATTERNS
 from hpcrub.studies.patterns import Rounds, in_letters
 from tests.plot.drawn import lines
 from tests.program import TINY, contents, datasets, load, run_here, run_on, swept
@@ -81,6 +86,19 @@ def test_the_best_are_computed_in_contact(found):
     p = np.flatnonzero(seen)[-1]
     own = np.choose(here["types"][p], [0.03, -0.03]) + deviation(config, 0, 1)
     assert here["contact_amplitude_m"][p, 1] == swept(config, own).amplitude.max()
+
+
+def test_disks_in_contact_that_are_lost_or_move_too_far_are_told(found):
+    folder, *_ = found
+    shutil.copy(folder / "one.h5", folder / "lost.h5")
+    with open_result(folder / "lost.h5", mode="r+") as file:
+        size = file.read("contact_amplitude_m")
+        seen = np.flatnonzero(np.isfinite(size).all(axis=1))
+        size[seen[0]], size[seen[1]] = np.nan, 0.2  # m: tips of half a metre radius
+        file.write({"contact_amplitude_m": size}, ())
+        lines = block(PATTERNS.findings(file))
+    assert "2 of 6 disks have no result" in lines[0]
+    assert "outside small displacements, 200 mm" in lines[0]
 
 
 @pytest.mark.mpi

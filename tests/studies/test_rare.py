@@ -1,13 +1,17 @@
 """A small probability by double sampling: beside brute force, on ranks, after a stop."""
 
+import shutil
+
 import h5py
 import numpy as np
 import pytest
 
+from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import probability_interval
-from hpcrub.studies import rare
+from hpcrub.studies import open_result, rare
+from tests.plot.drawn import lines
 from tests.program import TINY, contents, datasets, load, run_here
 from tests.studies.common import assert_two_ranks_give, largest_amplitudes, refused_study
 
@@ -97,6 +101,17 @@ def test_a_stop_changes_no_bit(brute, sampled, monkeypatch):
             file[name][1:] = np.nan
     assert run_here("study.yaml", "--output", "one.h5", "--resume", folder=folder) == 0
     assert datasets(sampled) == first
+
+
+@pytest.mark.parametrize("size", [np.nan, 0.0])
+def test_disks_without_a_result_or_that_do_not_touch_have_a_figure(sampled, tmp_path, size):
+    shutil.copy(sampled, tmp_path / "lost.h5")
+    with open_result(tmp_path / "lost.h5", mode="r+") as file:
+        file.write({"peak_amplitude_m": np.full(N, size)}, ())
+        tail = plot.rare(file)[1]
+        assert bool(lines(tail)) == np.isfinite(size)
+        told = any("disks have no result" in finding.why for finding in rare.STUDY.findings(file))
+        assert told == np.isnan(size)
 
 
 def test_the_draws_are_uniform_and_depend_on_seed_and_sample_alone(brute):

@@ -1,10 +1,16 @@
 """The value of a key that meets a limit: beside brute force, on ranks, after a stop."""
 
+import shutil
+
 import h5py
 import numpy as np
 import pytest
 
+from hpcrub.runs.verdict import USELESS
 from hpcrub.statistics.percentiles import probability_interval
+from hpcrub.studies import open_result
+from hpcrub.studies.threshold import STUDY as THRESHOLD
+from hpcrub.studies.threshold import exceeds
 from tests.program import TINY, contents, datasets, load, run_here
 from tests.studies.common import assert_two_ranks_give, largest_amplitudes, refused_study
 
@@ -24,6 +30,8 @@ REFUSED = {
     "limits.amplitude_mm=null": "needs limits.amplitude_mm or limits.stress_mpa",
     "mistuning.half_range_percent=[1, 2]": "a threshold study is of one level",
     "threshold.lowest=-1": "casing.clearance_mm",
+    "threshold.key=casing.n_bumps": "casing.n_bumps",
+    "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 1024",
 }
 
 
@@ -73,6 +81,18 @@ def test_two_ranks_and_a_stop_give_the_same_bits(brute):
         file["n_disks"][:] = 0
     assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=folder) == 0
     assert datasets(folder / "two.h5") == first
+
+
+def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
+    folder, *_ = brute
+    shutil.copy(folder / "one.h5", folder / "lost.h5")
+    with open_result(folder / "lost.h5", mode="r+") as file:
+        n = file.read("n_disks")
+        file.write({"peak_amplitude_m": np.full(n[0], np.nan)}, (0, slice(n[0])))
+        assert exceeds(file)[0, : n[0]].all()
+        (lost,) = (f for f in THRESHOLD.findings(file) if "no result" in f.why)
+    assert lost.why == f"{n[0]} of {n.sum()} disks have no result"
+    assert lost.weight == USELESS
 
 
 @pytest.mark.parametrize("override", REFUSED)

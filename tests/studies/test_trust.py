@@ -10,7 +10,7 @@ from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.results.layout import DONE
+from hpcrub.results.layout import DONE, FAILED
 from hpcrub.runs.verdict import (
     MOST,
     REMARK,
@@ -22,6 +22,7 @@ from hpcrub.runs.verdict import (
     is_usable,
     kinematics,
     not_resolved,
+    of_points,
 )
 from hpcrub.statistics.percentiles import (
     percentile_interval,
@@ -69,7 +70,7 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
     assert [found.peaks[s] for s in (STEADY, AVERAGED, NOT_STEADY)] == [1, 2, 1]
     assert (found.lowest, found.highest, found.alone) == (1, 1, 1)
     assert found.points.sum() == 12
-    np.testing.assert_allclose(found.averaged, [0.05, 0.07, 0.8])
+    assert found.error == pytest.approx(0.05)
     assert found.largest == pytest.approx(0.05)
     verdict, *advice = trust.lines(file, found)
     assert verdict.startswith("not usable: ")
@@ -96,6 +97,42 @@ def test_a_tuned_peak_at_the_last_speed_is_marked_where_the_steps_do_not_reach_t
     edge = "tuned peak at the edge of the speeds"
     assert edge in str(list(trust._speeds(found, counts)))
     assert edge not in str(list(trust._speeds(file, counts)))
+
+
+def test_disks_that_do_not_touch_have_no_peak_at_an_end(file):
+    none = {"amplitude_m": np.zeros(3), "peak_amplitude_m": 0.0, "status": DONE}
+    contact_file.write_sample(file, 0, 0, none | {"point_status": np.full(3, STEADY)})  # highest
+    found = survey(file)
+    assert (found.lowest, found.highest) == (0, 1)
+    still = np.zeros((2, 3)), np.full((2, 3), STEADY), np.zeros((2, 3), int)
+    assert list(of_points(file.config, *still)) == []
+
+
+@pytest.mark.parametrize(
+    ("study", "key"),
+    [
+        ("interaction_map", "history.duration_s above 1.2"),
+        ("time_response", "history.duration_s above 1.2"),
+        ("branches", "steady_state.max_time_s above 4"),
+    ],
+)
+def test_a_motion_that_has_not_settled_needs_more_of_the_studys_own_time(study, key):
+    keys = {"history.duration_s": 1.2, "steady_state.max_time_s": 4.0}
+    values = {
+        "amplitude_m": np.full((1, 3), 1e-3), "tangential_m": np.full((3, 1, 1), 1e-3),
+        "point_status": np.full((1, 3), NOT_STEADY), "point_reason": np.zeros((1, 3), int),
+    }  # fmt: skip
+    if study == "time_response":
+        values |= {name: values[name][0] for name in ("point_status", "point_reason")}
+    fake = SimpleNamespace(config=Config().replace(keys), read=values.get)
+    assert key in str(list(studies.STUDIES[study].findings(fake)))
+
+
+def test_tuned_runs_too_few_for_an_interval_of_their_median_are_told(file):
+    for n, told in ((5, True), (6, False)):
+        values = {"tuned/run_peaks_m": RUNS[:n], "tuned/reference_amplitude_m": 0.03}
+        fake = SimpleNamespace(config=file.config, read=values.get)
+        assert ("few tuned runs" in str(list(trust._reference(fake)))) == told
 
 
 def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
@@ -216,6 +253,9 @@ def test_limits_have_a_probability_with_its_interval(file):
     assert "±2 %: 0 of 2 disks exceed 10000 MPa without the rotation's stress, a" in text
     (line,) = limits.largest_line(file, survey(file))
     assert line == "largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa"
+    contact_file.write_sample(file, 1, 1, {"status": FAILED})
+    text = "\n".join(limits.limit_lines(file, usable=True))
+    assert "±4 %: 1 of 2 disks exceed 35 mm or have no result, a probability of 1.3 to 99" in text
 
 
 @pytest.mark.parametrize("n", [10, 40, 190])
@@ -379,3 +419,5 @@ def test_the_extremes_of_all_disks_are_known_by_no_number_of_samples():
     (finding,) = few([0, 50, 100], 20)
     assert "percentiles 0, 100 have no 95 % interval" in str(finding)
     assert "convergence.percentiles without 0 and 100" in str(finding)
+    (finding,) = few([0, 1, 50], 20)  # 0.99**367.1 is 0.025
+    assert "mistuning.samples of 368 and more, convergence.percentiles without 0" in str(finding)

@@ -130,9 +130,6 @@ def _check_mass(model, mass, radius):
 
 
 def _check_contact_nodes(model, radius):
-    nodes, count = np.unique(model.contact_node, return_counts=True)
-    if (count > 1).any():
-        raise InputError(f"contact_node: node {nodes[count > 1][0]} is named twice")
     at = radius[model.contact_node]
     if not np.isfinite(at).all():
         node = model.contact_node[~np.isfinite(at)][0]

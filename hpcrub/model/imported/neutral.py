@@ -149,7 +149,36 @@ def from_arrays(arrays: dict) -> NeutralModel:
     )
     left.finish()
     _check_members(model)
-    return model
+    return model if kind == "sector" else _alike(model)
+
+
+def _alike(model):
+    """Put the contact points of every blade in the order of one blade's, as their places tell.
+
+    Raises InputError for blades that are not numbered around the disk, one way or the other.
+    """
+    tips, n = model.nodes[model.contact_node], model.n_blades
+    if not np.isfinite(tips).all():  # which `checks` refuses
+        return model
+    flat, z, order = tips[:, 0] + 1j * tips[:, 1], tips[:, 2], np.arange(len(tips))
+    own = [np.flatnonzero(model.contact_blade == blade) for blade in range(n)]
+    middle = np.array([flat[mine].sum() for mine in own])
+    pitches = np.round(np.angle(middle * middle[0].conj()) * n / (2 * np.pi))
+    lost = np.flatnonzero((pitches - (1 if 1 in pitches[:2] else -1) * np.arange(n)) % n)
+    if len(lost):
+        raise InputError(
+            f"contact_blade: {lost[0]} lies {pitches[lost[0]] % n:g} pitches beyond 0; blades are "
+            "numbered one after the other around the disk"
+        )
+    turned = flat * np.exp(-2j * np.pi / n * pitches[model.contact_blade])  # all onto blade 0
+    first = min(own, key=len)
+    for mine in own:
+        apart = np.abs(turned[first, None] - turned[mine]) + np.abs(z[first, None] - z[mine])
+        nearest = apart.argmin(axis=1)
+        if len(np.unique(nearest)) == len(first):  # else the blades are not alike
+            order[mine] = mine[[*nearest, *np.setdiff1d(np.arange(len(mine)), nearest)]]
+    names = "contact_node", "contact_clearance", "contact_normal"
+    return model._replace(**{name: getattr(model, name)[order] for name in names})
 
 
 def to_arrays(model: NeutralModel) -> dict:
@@ -179,8 +208,15 @@ def _check_members(model):
     for name in ("contact_node", "low", "high", "surface"):
         _check_inside(name, "node", getattr(model, name), len(model.nodes))
     _check_inside("fixed", "row", model.fixed, len(model.dof))
+    if model.kind == "reduced" and len(model.fixed):
+        raise InputError(
+            f"fixed: {len(model.fixed)} rows are held, none is allowed in a reduced model"
+        )
     if not len(model.contact_node):
         raise InputError("contact_node: no contact nodes; a blade without them cannot rub")
+    nodes, count = np.unique(model.contact_node, return_counts=True)
+    if (count > 1).any():
+        raise InputError(f"contact_node: node {nodes[count > 1][0]} is named twice")
     for name in ("contact_blade", "contact_clearance", "contact_normal"):
         if len(getattr(model, name)) != len(model.contact_node):
             raise InputError(
@@ -210,7 +246,7 @@ def _check_sector(model):
 
 def _check_blades(model):
     _check_inside("stress_blade", "blade", model.stress_blade, model.n_blades)
-    blades, count = np.unique(model.contact_blade, return_counts=True)
+    blades = np.unique(model.contact_blade)
     missing = np.flatnonzero(blades != np.arange(len(blades)))
     if len(missing):
         lost = missing[0] if blades[0] >= 0 else blades[0]
@@ -219,10 +255,10 @@ def _check_blades(model):
         )
     if model.n_sectors not in (0, len(blades)):
         raise InputError(f"n_sectors: {model.n_sectors}, and contact_blade names {len(blades)}")
-    if model.kind == "reduced" and model.blade_stiffness is not None:
-        n = len(model.blade_stiffness)
-        if n != len(count):
-            raise InputError(f"K_blade: of {n} blades, contact_blade names {len(count)}")
+    own = {"K_blade": model.blade_stiffness, "blade_frequencies_hz": model.blade_frequencies}
+    for name, values in own.items():
+        if model.kind == "reduced" and values is not None and len(values) != len(blades):
+            raise InputError(f"{name}: of {len(values)} blades, contact_blade names {len(blades)}")
 
 
 def _check_dof(dof, n_nodes):

@@ -8,7 +8,7 @@ from hpcrub.model.imported import blade_modes, craig_bampton
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 from hpcrub.model.interface import Interface
-from hpcrub.model.reduction import ReducedModel
+from hpcrub.model.reduction import ReducedModel, project
 
 BLADE_MODES = 4  # cantilever modes of each blade that are kept
 # limits of the blades' stiffness at rest as a share of the disk's at a speed, in any motion
@@ -32,12 +32,12 @@ def reduce_disk(
     blades = frequencies = participation = None
     if disk.blade_stiffness is not None:
         own = [np.flatnonzero(disk.row_blade == blade) for blade in range(disk.n_blades)]
-        blades = np.stack([_project(disk.blade_stiffness[r][:, r], basis[r]) for r in own])
+        blades = np.stack([project(disk.blade_stiffness[r][:, r], basis[r]) for r in own])
         frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
     model = NeutralModel(
         kind="reduced",
-        mass=_project(disk.mass, basis),
-        stiffness=tuple(_project(k, basis) for k in disk.stiffness),
+        mass=project(disk.mass, basis),
+        stiffness=tuple(project(k, basis) for k in disk.stiffness),
         nodes=disk.nodes[disk.contact_node],
         dof=dof,
         frame="cylindrical",
@@ -123,8 +123,3 @@ def _check_blades(model):
                 f"K_blade: from {min(low, 0.0):.3g} to {high:.3g} of the disk's "
                 "stiffness, of which it must be a part; is it of the same model, units and rows?"
             )
-
-
-def _project(matrix, basis):
-    projected = basis.T @ (matrix @ basis)
-    return (projected + projected.T) / 2

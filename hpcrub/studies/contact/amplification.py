@@ -14,7 +14,7 @@ from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import SweepResult, run_sweep
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll
-from hpcrub.setup.disks import APART, modes_of
+from hpcrub.setup.disks import apart, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.shared import casing_motion, worn
@@ -153,7 +153,7 @@ def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
     Where the motion is not periodic, or one of several, its amplitude is one draw of many. The
     median over all runs is the reference of the amplifications.
     """
-    perturbed = np.full(config.disk.n_blades, APART * run)
+    perturbed = np.full(config.disk.n_blades, apart(run))
     return mistuned_modes(problem.reduced, perturbed)
 
 

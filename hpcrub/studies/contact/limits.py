@@ -9,7 +9,7 @@ from hpcrub.config.text import counted
 from hpcrub.model.coating import Coating
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, probability_interval
-from hpcrub.studies.contact.survey import Survey, finished
+from hpcrub.studies.contact.survey import Survey, finished, n_failed
 
 CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
 REACHED = 1.0 - 1e-9  # share of a coating's depth that counts as worn through: rounding
@@ -56,7 +56,7 @@ def engines_lines(file: ResultFile, usable: bool) -> Iterator[str]:
     for level, half_range in enumerate(file.read("half_range")):
         peaks = finished(file, level, "peak_amplitude_m")
         n_more = int(len(peaks) * (1.0 / CONFIDENCE - 1.0) + 1e-9)
-        if n_more:
+        if n_more and not n_failed(file, level):
             yield (
                 f"±{100 * half_range:.3g} %: no blade of another {counted(n_more, 'engine')} moves "
                 f"by more than {1e3 * peaks.max():.3g} mm, with 95 % confidence (of N engines: "
@@ -103,6 +103,7 @@ def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
     config, limits = file.config, file.config.limits
     caveat = "" if usable else "; not to be signed, the verdict says why"
     levels = range(len(config.levels))
+    failed = [n_failed(file, level) for level in levels]  # beyond any limit, as in other studies
     limited: list[tuple[list, float, str]] = []
     if limits.amplitude_mm is not None:
         peaks = [finished(file, level, "peak_amplitude_m") for level in levels]
@@ -111,11 +112,12 @@ def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
         stresses = [_stresses(file, level) for level in levels]
         limited.append((stresses, limits.stress, _stress_in_words(config)))
     for values, limit, words in limited:
-        for half_range, sizes in zip(file.read("half_range"), values, strict=True):
-            above = int(np.count_nonzero(sizes > limit))
-            low, high = probability_interval(above, len(sizes), Z_95)
+        for half_range, sizes, lost in zip(file.read("half_range"), values, failed, strict=True):
+            above, n = int(np.count_nonzero(sizes > limit)) + lost, len(sizes) + lost
+            low, high = probability_interval(above, n, Z_95)
+            or_lost = " or have no result" if lost else ""
             yield (
-                f"±{100 * half_range:.3g} %: {above} of {len(sizes)} disks exceed {words}, a "
+                f"±{100 * half_range:.3g} %: {above} of {n} disks exceed {words}{or_lost}, a "
                 f"probability of {percent(low)} to {percent(high)} % (95 % interval){caveat}"
             )
 

@@ -261,12 +261,15 @@ class MonteCarlo(Job):
         self.looked_at = finished
         return self._converged_at() is not None
 
-    def _running(self, values):
-        """RunningPercentiles of numbers (V, n) for every level, up to its first pending sample."""
+    def _running(self, values, n=None):
+        """RunningPercentiles of numbers (V, n) for every level, up to its first pending sample.
+
+        n: number of samples after which they end; None: none.
+        """
         c = self.config.convergence
         how = c.percentiles, c.step, c.z
         return [
-            percentiles.running_percentiles(numbers[: _leading(status != PENDING)], *how)
+            percentiles.running_percentiles(numbers[: _leading(status != PENDING)][:n], *how)
             for numbers, status in zip(values, self.status, strict=True)
         ]
 
@@ -289,10 +292,10 @@ class MonteCarlo(Job):
         self.phase("statistics")
         stops = self.config.convergence.stop_when_converged
         length = self._converged_at() if stops else None
+        n = length and length * self.config.convergence.step
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
-            for level, running in enumerate(self._running(numbers)):
-                cut = percentiles.RunningPercentiles(*(values[..., :length] for values in running))
-                contact_file.write_statistics(self.file, kind, level, cut)
+            for level, running in enumerate(self._running(numbers, n)):
+                contact_file.write_statistics(self.file, kind, level, running)
         if self.reference and self.reference.usable:
             contact_file.write_trust(self.file, trust.lines(self.file))
 

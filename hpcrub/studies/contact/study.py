@@ -19,6 +19,7 @@ from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import layout, trust
 from hpcrub.studies.contact.file import read_trust
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
+from hpcrub.studies.contact.survey import n_counted
 
 # keys and sections in which a study may differ from the contact study that it starts from
 APART = (
@@ -101,7 +102,8 @@ class Contact(Study):
         """One line: peaks of the tuned disk and at the widest level, amplifications, verdict."""
         quantity = layout.amplitude_in_words(file.config)
         text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
-        done = file.status[-1] == DONE
+        where = -1, slice(n_counted(file))
+        done = file.status[where] == DONE
         if not done.any():
             yield f"{text}, no sample has a result"
             return
@@ -109,8 +111,8 @@ class Contact(Study):
         peaks, amplifications = (
             " / ".join(form.format(value) for value in np.percentile(values[done], at))
             for form, values in (
-                ("{:.2f}", 1e3 * file.read("samples/peak_amplitude_m", -1)),
-                ("{:.3f}", file.read("samples/amplification", -1)),
+                ("{:.2f}", 1e3 * file.read("samples/peak_amplitude_m", where)),
+                ("{:.3f}", file.read("samples/amplification", where)),
             )
         )
         text += f", mistuned {peaks} mm"

@@ -50,7 +50,7 @@ def print_results(file: ResultFile) -> None:
         *limits.largest_line(file, counts),
         *limits.engines_lines(file, is_usable(verdict)),
         *limits.depth_lines(file),
-        *casing_motion.lines(file),
+        *casing_motion.lines(file, survey.n_counted(file)),
         *limits.limit_lines(file, is_usable(verdict)),
         *point_lines(counts),
     ):

@@ -7,14 +7,13 @@ import numpy as np
 
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED
-from hpcrub.results.layout import DONE
+from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies.contact import layout
 
 ROWS = 1000  # samples read at once
 ALONE = 0.9  # share of a peak: with both neighbours below, the speed step may miss a higher peak
-OF_MEANS = "amplitude_error_m", "amplitude_scatter_m", "time_s"  # the first two over the peak [-]
 
 
 class Survey(NamedTuple):
@@ -25,7 +24,7 @@ class Survey(NamedTuple):
     lowest: int  # peaks at the lowest speed
     highest: int  # peaks at the highest speed
     alone: int  # peaks whose neighbours are both below ALONE times the peak
-    averaged: np.ndarray  # medians of averaged peaks (3,), see OF_MEANS; NaN: none
+    error: float  # median standard error of averaged peaks, over the peak [-]; NaN: none
     largest: float  # largest amplitude [m]
     n_points: int  # number of points, the tuned disk's included
     reasons: np.ndarray  # number of points with each reason
@@ -38,7 +37,7 @@ def survey(file: ResultFile) -> Survey:
     points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps = int(file.read("tuned/max_sweeps").max())
-    blocks = [np.zeros((4 + len(OF_MEANS), 0))]  # a column for each peak
+    blocks = [np.zeros((5, 0))]  # a column for each peak
     n = n_counted(file)
     for level, first in product(range(len(points)), range(0, n, ROWS)):
         where = level, slice(first, min(n, first + ROWS))
@@ -50,18 +49,18 @@ def survey(file: ResultFile) -> Survey:
         size = np.nan_to_num(file.read(f"samples/{layout.amplitude(file.config)}", where)[done])
         row, best = np.arange(len(size)), size.argmax(axis=1)
         beside = np.maximum(size[row, best - 1], size[row, np.minimum(best + 1, last)])
-        values = [file.read(f"samples/{name}", where)[done][row, best] for name in OF_MEANS]
-        blocks.append(np.array([best, size[row, best], beside, states[done][row, best], *values]))
-    best, peak, beside, state, error, scatter, time = np.concatenate(blocks, axis=1)
-    lowest, highest = (int(np.count_nonzero(best == end)) if last else 0 for end in (0, last))
+        error = file.read("samples/amplitude_error_m", where)[done]
+        columns = best, size[row, best], beside, states[done][row, best], error[row, best]
+        blocks.append(np.array(columns))
+    best, peak, beside, state, error = np.concatenate(blocks, axis=1)
+    ends = ((best == end) & (peak > 0.0) & (last > 0) for end in (0, last))
+    lowest, highest = map(int, map(np.count_nonzero, ends))
     alone = int(np.count_nonzero((best > 0) & (best < last) & (beside < ALONE * peak)))
     peaks, largest = np.bincount(state.astype(int), minlength=5)[:5], float(peak.max(initial=0.0))
     averaged = (state == AVERAGED) & (not wears)
-    error, scatter, time, peak = np.array([error, scatter, time, peak])[:, averaged]
-    known = np.array([error / peak, scatter / peak, time])
-    means = np.median(known, axis=1) if len(peak) else np.full(3, np.nan)
+    known = float(np.median(error[averaged] / peak[averaged])) if averaged.any() else np.nan
     n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
-    return Survey(points, peaks, lowest, highest, alone, means, largest, n_points, reasons, sweeps)
+    return Survey(points, peaks, lowest, highest, alone, known, largest, n_points, reasons, sweeps)
 
 
 def n_counted(file: ResultFile) -> int:
@@ -76,6 +75,12 @@ def n_counted(file: ResultFile) -> int:
     known = np.isfinite(file.read(layout.AMPLIFICATION.dataset("percentile"))).any(axis=1)  # (V, K)
     blocks = np.flatnonzero(known.all(axis=0))
     return int(file.read(layout.SAMPLES_SEEN, blocks[-1])) if len(blocks) else n_all
+
+
+def n_failed(file: ResultFile, level: int) -> int:
+    """Number of samples of a level without a result, among those that count."""
+    status = file.read("samples/status", (level, slice(n_counted(file))))
+    return int(np.count_nonzero(status == FAILED))
 
 
 def finished(file: ResultFile, level: int, name: str) -> np.ndarray:

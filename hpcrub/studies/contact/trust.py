@@ -7,12 +7,17 @@ import numpy as np
 
 from hpcrub.config.text import counted
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
-from hpcrub.results.layout import FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.verdict import FEW, REMARK, SINGLE, USELESS, Finding
 from hpcrub.studies.contact.limits import cut_through, percent
-from hpcrub.studies.contact.survey import Survey, shared_uncertainty, survey
+from hpcrub.studies.contact.survey import (
+    Survey,
+    n_counted,
+    n_failed,
+    shared_uncertainty,
+    survey,
+)
 
 FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is worth much
 
@@ -31,7 +36,9 @@ def short(file: ResultFile) -> list[str]:
 def _findings(file, counts):
     config, n_peaks = file.config, max(1, int(counts.peaks.sum()))
     yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
-    yield from _failed(file)
+    lost = sum(n_failed(file, level) for level in range(len(config.levels)))
+    n, missing = n_counted(file), "are missing in all percentiles"
+    yield from verdict.without_result(lost, n * len(config.levels), missing)
     yield from _worn_through(file)
     yield from verdict.kinematics(config, counts.largest)
     yield from verdict.unsettled(config, int(counts.peaks[NOT_STEADY]), n_peaks, "peaks")
@@ -39,19 +46,8 @@ def _findings(file, counts):
     yield from verdict.not_resolved(file.warnings)
     yield from _half_step(file)
     yield from _errors(file, counts)
-    yield from verdict.few(config.convergence.percentiles, len(config.samples))
+    yield from verdict.few(config.convergence.percentiles, n)
     yield from _reference(file)
-
-
-def _failed(file):
-    """Disks without a result."""
-    n, n_all = int(np.count_nonzero(file.status == FAILED)), file.status.size
-    if n:
-        yield Finding(
-            USELESS if n > FEW * n_all else REMARK,
-            f"{n} of {n_all} disks without a result",
-            f"{n} of {n_all} disks have no result and are missing in all percentiles",
-        )
 
 
 def _worn_through(file):
@@ -110,8 +106,9 @@ def _half_step(file):
 
 def half_step_moves(file: ResultFile) -> np.ndarray:
     """Relative change of the checked disks' peaks with half the step, the tuned one first (n,)."""
+    where = -1, slice(n_counted(file))
     half, whole = (
-        np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", -1))
+        np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", where))
         for name in ("half_step_peak_m", "peak_amplitude_m")
     )
     moved = half / whole - 1.0
@@ -120,7 +117,7 @@ def half_step_moves(file: ResultFile) -> np.ndarray:
 
 def _errors(file, counts):
     """Standard errors of peaks that are means; they hold for the same motion continued."""
-    error, n = 2.0 * counts.averaged[0], max(1, int(counts.peaks.sum()))
+    error, n = 2.0 * counts.error, max(1, int(counts.peaks.sum()))
     if np.isfinite(error):
         yield Finding(
             SINGLE if error > FEW else REMARK,
@@ -140,11 +137,14 @@ def _reference(file):
         yield Finding(REMARK, "one tuned run", advice)
         return
     below, above = shared_uncertainty(file)
-    if np.isfinite(above) and max(below, above) > 0.0:
+    if np.isnan(below) or np.isnan(above):
+        words = f"{len(runs)} tuned runs are too few for a 95 % interval of their median"
+        yield Finding(REMARK, "few tuned runs", f"{words}: mistuning.tuned_runs of 6 and more")
+    elif max(below, above) > 0.0:
         yield Finding(
             SINGLE if max(below, above) > FAR_OFF / 2 else REMARK,
             f"tuned peak known to -{percent(below)} +{percent(above)} %",
-            f"{len(runs)} runs of the tuned disk, 3e-5 apart in stiffness, leave all A_nl "
-            f"uncertain by -{100 * below:.1f} to +{100 * above:.1f} %, which the intervals "
+            f"{len(runs)} runs of the tuned disk, less than 3e-4 apart in stiffness, leave all "
+            f"A_nl uncertain by -{100 * below:.1f} to +{100 * above:.1f} %, which the intervals "
             "contain: more mistuning.tuned_runs",
         )

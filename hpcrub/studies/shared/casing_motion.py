@@ -9,7 +9,7 @@ from hpcrub.contact.status import RUNAWAY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.casing_motion import CasingMotion
 from hpcrub.response.casing_stability import growth
-from hpcrub.results.layout import Dataset
+from hpcrub.results.layout import DONE, Dataset
 from hpcrub.results.storage import ResultFile
 
 # numbers of every speed: {name: (units, description)}, in the order of `CasingMotion`
@@ -46,8 +46,11 @@ def permanent_growth(config: Config, modes: Modes) -> np.ndarray:
     ])  # fmt: skip
 
 
-def lines(file: ResultFile) -> Iterator[str]:
-    """Lines about a casing that vibrates: how far it moves, and how often it runs away."""
+def lines(file: ResultFile, n_samples: int) -> Iterator[str]:
+    """Lines about a casing that vibrates: how far it moves, and how often it runs away.
+
+    n_samples: number of samples of every level that count.
+    """
     if not file.config.casing.vibrates:
         return
     reason, n = file.read("tuned/point_reason"), len(file.config.speeds.values_hz)
@@ -67,8 +70,8 @@ def lines(file: ResultFile) -> Iterator[str]:
             f"from {file.config.speeds.values_hz[at]:g} Hz with n = {waves[at]:.0f} and "
             f"{growth[at]:.3g} 1/s"
         )
-    done = file.read("samples/status") == 1
-    motion = file.read("samples/casing_motion_m")[done]
+    done = file.read("samples/status")[:, :n_samples] == DONE
+    motion = file.read("samples/casing_motion_m")[:, :n_samples][done]
     if np.isfinite(motion).any():
         most = np.nanmax(np.where(np.isfinite(motion), motion, 0.0), axis=-1)
         low, middle, high = 1e3 * np.percentile(most, [1, 50, 99])

@@ -276,6 +276,37 @@ def test_blade_without_contact_nodes_is_named():
     assert "blade 3 has no contact nodes" in refusal(use, arrays)
 
 
+def test_contact_points_of_blades_correspond_by_their_places():
+    """A list of nodes has no order; the places of real nodes are not exact, either."""
+    arrays, rng = disk_arrays(), np.random.default_rng(4)
+    noise = 1e-6 * rng.standard_normal(arrays["nodes"].shape)
+    clearance = 1e-4 * rng.random(len(arrays["contact_node"]))
+    shuffled = rng.permutation(len(clearance))
+    listed = {"contact_clearance": clearance, "nodes": arrays["nodes"] + noise}
+    spoilt = {name: (arrays | listed)[name][shuffled]
+              for name in ("contact_node", "contact_blade", "contact_clearance")}  # fmt: skip
+    found = neutral.from_arrays(arrays | listed | spoilt)
+    clearances = dict(zip(arrays["contact_node"], clearance, strict=True))
+    assert found.contact_clearance.tolist() == [clearances[node] for node in found.contact_node]
+    assert (found.contact_blade == spoilt["contact_blade"]).all()
+    model = reduced.reduced_model(reduced.reduce_disk(assembly.assemble(found), 20)[0], 0.0)
+    points = np.column_stack([model.interface.radius, model.interface.axial_position])
+    like, _ = cyclic.of_blades(points[None], model.interface.blade, model.interface.angle)
+    assert np.ptp(like, axis=1).max() < 1e-5
+    assert sorted(cyclic.tuned_diameters(model)[:N]) == [0, 1, 1, 2, 2]
+
+
+def test_blades_are_numbered_around_the_disk_either_way():
+    """Laws of neighbours and patterns go by the numbers; 0, 2, 4, 1, 3 goes around, but twice."""
+    arrays = disk_arrays()
+    for order in ([0, 1, 2, 3, 4], [3, 2, 1, 0, 4], [2, 3, 4, 0, 1]):
+        use(arrays | {"contact_blade": np.array(order)[arrays["contact_blade"]]})
+    twice = [0, 3, 1, 4, 2], "1 lies 2"
+    for order, words in (([1, 0, 2, 3, 4], "2 lies 1"), ([0, 1, 3, 2, 4], "2 lies 3"), twice):
+        spoilt = arrays | {"contact_blade": np.array(order)[arrays["contact_blade"]]}
+        assert f"contact_blade: {words} pitches beyond" in refusal(use, spoilt)
+
+
 def test_energy_of_a_blade_is_that_of_its_cantilever_modes_and_of_its_root(disk):
     """With all cantilever modes: u'K u = q' Lambda q + root' (Guyan stiffness) root, any u."""
     blade = 1
