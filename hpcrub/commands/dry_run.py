@@ -1,7 +1,9 @@
 """Amount and cost of a study, estimated by computing a small part of it; table of several runs."""
 
+import os
 from collections.abc import Sequence
 
+import numpy as np
 from rich import box
 from rich.table import Table
 
@@ -13,6 +15,7 @@ from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import say
 from hpcrub.response.scene import can_touch
+from hpcrub.results.layout import PENDING
 from hpcrub.runs import cost, memory, result_files
 from hpcrub.runs.execution import Existing, Finished, examine, examine_all
 from hpcrub.runs.study import Run
@@ -29,12 +32,15 @@ def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
     if len(runs) == 1:
         _one(runs[0], existing, n_ranks)
         return
-    examine_all(list(runs), existing)
+    examined = examine_all(list(runs), existing)
     total = 0.0
     for number, run in enumerate(runs, 1):
         say(f"\nrun {number} of {len(runs)}")
-        total += _one(run, existing, n_ranks)
-    say(f"\nall {len(runs)} runs:          {_estimate(total, n_ranks)}")
+        if run in examined:
+            total += _one(run, existing, n_ranks)
+        else:
+            say(f"computes:             {run.amount()}, not estimated: from a run before it")
+    say(f"\nall {counted(len(examined), 'run')}:          {_estimate(total, n_ranks)}")
 
 
 def _one(run, existing, n_ranks):
@@ -56,10 +62,20 @@ def _one(run, existing, n_ranks):
             say(line)
     if not study.cost(config).disks:
         return 0.0
-    seconds = _try(run, problem)
+    seconds = _try(run, problem) * _share_left(run, existing)
     n_ranks = min(n_ranks, run.n_tasks or n_ranks)
     say(f"estimated run time:   {_estimate(seconds, n_ranks)}")
     return seconds
+
+
+def _share_left(run, existing):
+    """Share of a study that its result file lacks; 1 without a file that is resumed."""
+    if not existing.resume or not os.path.lexists(run.config.output):
+        return 1.0
+    with open_result(run.config.output) as file:
+        there = 1.0 if run.study.is_enough(file) else float(np.mean(file.status != PENDING))
+    say(f"already there:        {100 * there:.3g} %")
+    return 1.0 - there
 
 
 def _try(run, problem):

@@ -27,8 +27,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         try:
             with open_result(path) as file:
                 say("\n".join(description(file)))
-                if file.config.study == "contact" and (file.status == DONE).any():
+                if not (file.status == DONE).any():
+                    continue
+                if file.config.study == "contact":
                     summary.print_results(file)
+                else:
+                    run_of(file.config).study.print_results(file)
         except InputError as error:
             print(f"hpcrub: error: {error}", file=sys.stderr)
             code = error.exit_code

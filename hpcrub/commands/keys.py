@@ -7,6 +7,8 @@ from typing import Any
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import key_table, schema_of
+from hpcrub.errors import InputError
+from hpcrub.ranks.progress import say
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -18,11 +20,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     options = parser.parse_args(argv)
     if options.schema:
-        print(json.dumps(schema(), indent=1, ensure_ascii=False))
+        say(json.dumps(schema(), indent=1, ensure_ascii=False))
         return 0
-    for key in key_table(Config):
-        if options.name in key.path:
-            print(f"{key.path}: {key.default}\n    {key.description} ({key.allowed})")
+    keys = [key for key in key_table(Config) if options.name in key.path]
+    if not keys:
+        raise InputError(f"no key has {options.name!r} in its path")
+    for key in keys:
+        say(f"{key.path}: {key.default}\n    {key.description} ({key.allowed})")
     return 0
 
 

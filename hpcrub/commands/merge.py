@@ -5,6 +5,7 @@ import os
 from collections.abc import Sequence
 
 from hpcrub.config.text import counted
+from hpcrub.ranks.progress import say
 from hpcrub.studies.contact.merge import merge
 
 
@@ -26,10 +27,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     out = os.path.expanduser(options.out)
     how = options.overwrite, options.samples, options.allow_mixed
     n_done, n_all = merge(out, options.parts, *how)
-    print(
+    say(
         f"{out}: {n_done} of {counted(n_all, 'sample')}, from {counted(len(options.parts), 'file')}"
     )
     if n_done < n_all:
         more = f" --set mistuning.samples={options.samples}" if options.samples else ""
-        print(f"main.py with --output {out}{more} --resume computes the others")
+        say(f"main.py with --output {out}{more} --resume computes the others")
     return 0

@@ -71,12 +71,13 @@ def run(
         asked = asked.replace({"output": os.fspath(output)})
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "input.yaml")
-        path.write_text(json.dumps(asked.model_dump(mode="json", exclude_unset=True)))
-        options = ["--output", asked.output] + ["--resume"] * resume + ["--overwrite"] * overwrite
+        keys = asked.model_dump(mode="json", exclude_unset=True)
+        path.write_text(json.dumps(keys, ensure_ascii=False), encoding="utf-8")
+        options = [f"--output={asked.output}"] + ["--resume"] * resume + ["--overwrite"] * overwrite
         options += ["--no-figures"] * (not figures)
         launcher = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
         _call([*launcher, sys.executable, "-m", "hpcrub", "run", str(path), *options], quiet)
-    return Path(asked.output)
+    return Path(asked.output).expanduser()
 
 
 def _configuration(config):

@@ -17,12 +17,13 @@ from hpcrub import __version__
 from hpcrub.commands.plot import of_study
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted, flatten, key_table, lines_of, show
-from hpcrub.errors import HpcrubError
+from hpcrub.config.types import without_suffix
+from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES
 from hpcrub.plot.families import labels
 from hpcrub.ranks.progress import say
 from hpcrub.results import model_file
-from hpcrub.results.layout import DONE
+from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.studies import open_result, run_of
@@ -38,7 +39,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("files", nargs="+", metavar="FILE.h5")
     parser.add_argument("--out", metavar="REPORT.html", help="beside the first file by default")
     options = parser.parse_args(argv)
-    target = Path(options.out or Path(options.files[0]).with_suffix(".html"))
+    target = Path(options.out or f"{without_suffix(options.files[0])}.html")
+    if target.is_file() and not target.read_bytes().startswith(b"<!doctype html>"):
+        raise InputError(f"{target} is no report, and is not replaced; choose another --out")
     page = render(options.files)
     try:
         target.write_text(page, encoding="utf-8")
@@ -73,21 +76,21 @@ def _facts(path):
     with open_result(path) as file:
         study, config, status = run_of(file.config).study, file.config, file.status
         lines = study.verdict(file)
-        n_done = int(np.count_nonzero(status == DONE))
-        partly = f"{n_done} of {counted(status.size, study.unit.rstrip('s'))} are done."
-        enough = n_done == status.size or study.is_enough(file)
+        n_done = int(np.count_nonzero(status != PENDING))
+        complete = n_done == status.size or study.is_enough(file)
+        of = counted(status.size, study.unit.rstrip("s"))
+        partly = "" if complete else f"not complete, {n_done} of {of} are done; what is there is "
         return {
             "name": Path(path).name,
             "study": study.name,
             "what": study.what,
-            "verdict": lines,
-            "usable": verdict.is_usable(lines),
+            "verdict": partly + lines[0],
+            "usable": complete and verdict.is_usable(lines),
             "headline": next(iter(study.report(file)), "").removesuffix(f"; {lines[0]}"),
-            "done": "" if enough else f"The study is not complete: {partly}",
             "asked": list(_asked(config)),
             "answer": _answer(file, study),
             "figures": list(_figures([path])),
-            "checks": [*lines[1:], *file.warnings] or ["Nothing speaks against these results."],
+            "checks": list(dict.fromkeys([*lines[1:], *file.warnings])),
             "left_out": list(_left_out(config)),
             "provenance": list(_provenance(path, file)),
         }

@@ -8,7 +8,7 @@ import numpy as np
 
 from hpcrub.config import aero, resolution
 from hpcrub.config.study_keys import MOST_VALUES
-from hpcrub.config.text import lines_of, show
+from hpcrub.config.text import flatten, lines_of, show
 
 MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # most time steps of a revolution
@@ -29,6 +29,30 @@ def problems(config: Any) -> Iterator[str]:
     yield from _run_problems(config)
     yield from _pattern_problems(config)
     yield from _part_problems(config)
+
+
+def idle(c: Any) -> Iterator[str]:
+    """Yield lines about keys that an input gives and that other keys leave without effect."""
+    of_rule = f"the rule is {c.steady_state.rule}"
+    no_profile = c.casing.profile_csv is None and c.casing.profile_mm is None
+    rules = (
+        ("sources", c.study != "energy", f"a study {c.study} starts from no other"),
+        ("casing.clearance_mm", c.casing.clearance_hz_mm, "clearance_hz_mm is in its place"),
+        ("casing.smoothing_mm", no_profile, "no profile is given"),
+        ("material.damping_ratio", c.material.damping_ratios, "damping_ratios are in its place"),
+        ("steady_state.max_error", c.steady_state.rule != "ensemble", of_rule),
+        ("steady_state.extend_revolutions", c.steady_state.rule == "ensemble", of_rule),
+        ("steady_state.confirmations", c.steady_state.rule == "ensemble", of_rule),
+        ("mistuning.truncation", c.mistuning.distribution != "normal", "nothing is normal"),
+        ("mistuning.pattern_unit", c.mistuning.pattern is None, "no pattern is given"),
+        ("limits.stress_mpa_per_mm", c.limits.stress_mpa is None, "limits.stress_mpa is missing"),
+        ("limits.probability_error", c.study != "rare", f"the study is {c.study}, not rare"),
+        ("limits.probability_below", c.study != "rare", f"the study is {c.study}, not rare"),
+    )
+    given, usual = (flatten(config.model_dump(mode="json")) for config in (c, type(c)()))
+    for key, holds, why in rules:
+        if holds and given[key] != usual[key]:
+            yield f"{key}: {show(given[key])} has no effect: {why}"
 
 
 @np.errstate(all="ignore")  # `pattern_problem` refuses a sum of zero or infinity

@@ -35,7 +35,7 @@ Checksum = Annotated[str, Strict(), Field(pattern="^[0-9a-f]{64}$")]
 
 
 def _file_name(text):
-    if not text.isprintable() or Path(text).name in ("", ".."):
+    if not text.isprintable() or Path(text).name in ("", "..") or text.endswith("/"):
         raise ValueError("no name of a file")
     return text
 

@@ -12,7 +12,7 @@ import yaml
 
 from hpcrub.errors import InputError
 
-MAX_CHARACTERS = 100_000
+MAX_CHARACTERS = 500_000  # of the longest list of each key, written by `to_yaml`: 350,000
 
 _TAG = "tag:yaml.org,2002:"
 _PLAIN = {

@@ -1,6 +1,7 @@
 """Progress of a study, in lines that become rarer with time; the console that prints them."""
 
 import io
+import os
 import sys
 import time
 from collections.abc import Iterable
@@ -13,11 +14,26 @@ from rich.table import Table
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
+from hpcrub.errors import reason
 from hpcrub.ranks.parallel import launched_size
 from hpcrub.results.layout import FAILED, PENDING
 
 INTERVAL, SHARE = 5.0, 0.05  # seconds between two lines, or this share of the time so far
 WIDTH = 106  # of the tables in a log
+
+
+class _Output(Console):
+    """A console whose reader may leave, and whose disk may be full: the work goes on without it."""
+
+    def print(self, *objects: Any, **how: Any) -> None:
+        try:
+            super().print(*objects, **how)
+        except SystemExit:  # of rich, for a reader that has left; what follows is printed nowhere
+            pass
+        except OSError as error:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            text = f"hpcrub: nothing is printed any more: {reason(error)}"
+            print(text, file=sys.stderr, flush=True)
 
 
 def console() -> Console:
@@ -31,7 +47,7 @@ def console() -> Console:
         plain["force_terminal"] = False
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # the encoding may lack ± or σ
-    out = Console(**plain)
+    out = _Output(**plain)
     if not out.is_terminal:
         out.width = max(out.width, WIDTH)
     return out
@@ -60,18 +76,26 @@ class Progress:
 
     def __init__(self, config: Config) -> None:
         self.config = config
-        self.console = console()
         self.began = self.shown = time.monotonic()
         self.already = self.done = self.total = 0
 
     def say(self, text: str) -> None:
         """Print a line."""
-        print_line(self.console, text)
+        print_line(console(), text)
 
-    def part(self, what: str, n_done: int, n_total: int) -> None:
-        """Print that n_done of n_total parts are done; what: their name, such as tasks."""
+    def part(
+        self, what: str, n_done: int, n_total: int, n_now: int = 0, at_most: bool = False
+    ) -> None:
+        """Print that n_done of n_total parts are done; what: their name, such as tasks.
+
+        n_now: number of those since `began`, which tell the time left; at_most: it may end before.
+        """
         if self._is_due(n_done == n_total):
-            self.say(f"{what}: {n_done} of {n_total}")
+            most, left = "at most " * at_most, ""
+            if n_now:
+                seconds = (n_total - n_done) * (time.monotonic() - self.began) / n_now
+                left = f", {most}{duration(seconds)} left"
+            self.say(f"{what}: {n_done} of {most}{n_total}{left}")
 
     def start(self, status: np.ndarray) -> None:
         """Begin the samples; status (V, n): that of each sample in the file."""

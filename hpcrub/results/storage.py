@@ -1,17 +1,12 @@
 """Reading and writing of result files. Only this module imports h5py.
 
-A result file is an ordinary HDF5 file, to which people may add attributes and datasets of their
-own. HDF5's own checksums find damage of its metadata. The format of HDF5 1.8 has checksums for all
+HDF5's own checksums find damage of its metadata. The format of HDF5 1.8 has checksums for all
 metadata but texts of variable length: hence `LIBVER`, and attributes of fixed length.
 
-How a file survives a kill at any moment:
-- Rank 0 alone lays the whole file out in `NAME.hpcrub-part`: every dataset contiguous, at its final
-  size, filled, flushed to the disk. Only then is it moved to its name. A half-made file never bears
-  the name of a result, the old file is replaced in one step, and a full disk is noticed at once.
-- All ranks then open it. From here on only raw data changes, nothing that HDF5 needs in order to
-  open the file. With several ranks the `mpio` driver writes straight through; the serial driver
-  buffers, hence its flushes.
-- The data of a sample is written before its status (`studies.contact.file`).
+How a file survives a kill at any moment: rank 0 lays it out, whole and flushed to the disk, in
+`NAME.hpcrub-part`, and then moves it to its name. From here on only raw data changes, that of a
+sample before its status. The driver `mpio` of several ranks writes straight through; the serial
+one buffers, hence its flushes.
 """
 
 import contextlib
@@ -365,7 +360,7 @@ def _array(path, name, dataset):
     if dataset.nbytes > DEFLATED * held:
         raise OSError(f"{name}: claims {dataset.nbytes:,} bytes, and holds {held:,}")
     text = h5py.check_string_dtype(dataset.dtype)
-    return np.array(dataset.asstr()[()]) if text else dataset[()]
+    return np.array(dataset.asstr("utf-8")[()]) if text else dataset[()]
 
 
 def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:

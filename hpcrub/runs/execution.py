@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hpcrub import __version__
+from hpcrub.config import checks
 from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
 from hpcrub.ranks import progress
@@ -36,30 +37,36 @@ class Finished(NamedTuple):
     n_ranks: int
 
 
-def examine_all(runs: list[Run], existing: Existing) -> None:
-    """Examine several runs before any work (rank 0). Raises InputError for the first error."""
+def examine_all(runs: list[Run], existing: Existing) -> list[Run]:
+    """Examine several runs before any work (rank 0). Raises InputError for the first error.
+
+    Returns those that were examined; another one starts from what a run before it computes.
+    """
     made: set[str] = set()
+    examined = []
     for run in runs:
         path = os.path.realpath(run.config.output)
         if path in made:
             raise InputError(f"runs: two runs have the output {run.config.output}")
         if made.isdisjoint(map(os.path.realpath, run.config.sources)):  # else sources are missing
             examine(run, existing)
+            examined.append(run)
         made.add(path)
+    return examined
 
 
 def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
     """Check a run before any work (rank 0). Raises InputError for any error.
 
-    Returns what the study's `prepare` returns, and warnings about unresolved numbers.
+    Returns what the study's `prepare` returns, and warnings: keys without effect, and what is not
+    resolved.
     """
     check_output(run, existing)
     memory.check(run)
-    prepared = run.prepare()
-    if not run.study.integrates:
-        return prepared, []
-    problem = run.study.problem_of(prepared)
-    return prepared, list(plausibility.warnings(run.config, problem))
+    prepared, warnings = run.prepare(), list(checks.idle(run.config))
+    if run.study.integrates:
+        warnings += plausibility.warnings(run.config, run.study.problem_of(prepared))
+    return prepared, warnings
 
 
 def check_output(run: Run, existing: Existing) -> bool:

@@ -3,6 +3,7 @@
 The layout of the result file reserves the space on the disk.
 """
 
+import math
 import os
 
 from hpcrub.errors import InputError
@@ -15,7 +16,7 @@ from hpcrub.setup import imported
 from hpcrub.setup.problem import time_grid
 
 DENSE = 8  # matrices of the full model in memory at once
-SAMPLE = 64  # bytes on rank 0 for every sample
+SAMPLE = 64  # bytes on rank 0 for every sample, or disk at a value of a key, or of a pattern
 NUMBER = 8  # bytes
 # measured memory of a process that has just started, and of one that compiles [bytes]
 INTERPRETER, COMPILING = 160_000_000, 400_000_000
@@ -25,8 +26,9 @@ def estimate(run: Run) -> int:
     """Estimate the memory of the rank that needs most [bytes]."""
     study, config = run
     model = imported.memory(config) if config.disk.model else DENSE * NUMBER * config.disk.n_dof**2
-    n_samples = len(config.levels) * len(config.samples)
-    rows = NUMBER * run.n_tasks if study.of_tasks else SAMPLE * n_samples
+    (status,) = (line for line in run.datasets() if line.name.rpartition("/")[2] == "status")
+    n_parts = math.prod(run.known_sizes()[dimension] for dimension in status.dimensions)
+    rows = (NUMBER if study.of_tasks else SAMPLE) * n_parts
     integration = 0
     if study.integrates:
         grid = cut_revolution(config.speeds.from_hz, time_grid(config))
@@ -42,7 +44,8 @@ def estimate(run: Run) -> int:
         records = history.n_records(
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
         )
-        integration += NUMBER * records * config.n_coordinates * len(history.LANES)
+        kept = config.n_coordinates + 4 * config.disk.n_points  # forces, displacements, gaps
+        integration += NUMBER * records * kept * len(history.LANES)
     return max(INTERPRETER + model + rows + integration, COMPILING * study.integrates)
 
 

@@ -97,11 +97,12 @@ def check_config(file: ResultFile, config: Config) -> None:
     changed = differences(file.config, config)
     if changed:
         more = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
-        n_samples = config.mistuning.samples
-        if len(changed) == 1 and file.config.mistuning.samples < n_samples:
+        n_samples, alone = config.mistuning.samples, len(changed) == 1
+        growing = config.study == "contact" and not config.convergence.stop_when_converged
+        if alone and growing and file.config.mistuning.samples < n_samples:
             program = f"python -m hpcrub merge --samples {n_samples}"
             more = f"; {program} NEW.h5 {file.path} makes room for them"
-        elif len(changed) == 1 and file.config.mistuning.samples > n_samples:
+        elif alone and file.config.mistuning.samples > n_samples:
             more = (
                 f"; its first {n_samples} are these: go on with "
                 f"{file.config.mistuning.samples}, or give another output"

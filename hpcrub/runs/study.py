@@ -82,6 +82,8 @@ class Job:
         self.phase("loading the kernel")
         problem = self.study.problem_of(self.prepared)
         warm_up(self.team, self.config, problem, self.study.histories, self.progress)
+        if self.progress:
+            self.progress.began = time.monotonic()  # of the tasks, whose time left is told
 
     def n_done(self) -> tuple[int, int]:
         """Number of finished parts of the job, and of all parts (rank 0)."""
@@ -92,11 +94,7 @@ class Job:
 
     def summary(self, seconds: float) -> None:
         """Print verdict and results (rank 0); seconds: wall time of this run."""
-        out = console()
-        for place, line in enumerate(self.study.verdict(self.file)):
-            print_line(out, f"- {line}" if place else f"Verdict: {line}.")
-        for line in self.study.report(self.file):
-            print_line(out, line)
+        self.study.print_results(self.file)
 
     def _take_stock(self):
         self.status = self.file.status
@@ -125,7 +123,8 @@ class Job:
     def _collect(self, task, seconds):
         self.status[task] = DONE
         self.work += Work(1, 0, seconds)
-        self.progress.part(self.study.unit, *self.n_done())
+        ends_early = not self.study.of_tasks  # a search needs no more than its answer
+        self.progress.part(self.study.unit, *self.n_done(), self.work.n_done, ends_early)
 
 
 class Study:
@@ -221,6 +220,12 @@ class Study:
     def verdict(self, file: ResultFile) -> list[str]:
         """Verdict on the results, followed by lines of advice."""
         return verdict.block([*verdict.not_resolved(file.warnings), *self.findings(file)])
+
+    def print_results(self, file: ResultFile) -> None:
+        """Print verdict and results."""
+        first, *advice = self.verdict(file)
+        for line in (f"Verdict: {first}.", *(f"- {line}" for line in advice), *self.report(file)):
+            print_line(console(), line)
 
 
 class StudyInTime(Study):

@@ -21,7 +21,7 @@ from hpcrub.setup import problem as study
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import merge as merging
-from tests.program import TINY, datasets, error_lines, lay_out, load, run_here
+from tests.program import TINY, datasets, error_lines, lay_out, load, refusal, run_here
 
 STUDY = TINY.replace("samples: 2", "samples: 5") + "output: whole.h5\n"
 
@@ -109,6 +109,17 @@ def test_a_study_goes_on_with_more_samples(folder, capsys):
     assert "--output whole.h5 --set mistuning.samples=5 --resume computes the others" in out
     assert run_here("study.yaml", "--resume") == 0
     assert_merged_is_single()
+
+
+@pytest.mark.parametrize("key", [{"study": "linear"}, {"convergence.stop_when_converged": True}])
+def test_room_is_offered_only_where_merge_makes_it(tmp_path, key):
+    """It was offered to every study, and refused by merge."""
+    fewer = config.Config.from_yaml(TINY).replace(key)
+    path = lay_out(tmp_path / "fewer.h5", fewer)
+    line = refusal(open_result, path, fewer.replace({"mistuning.samples": 3}))
+    assert line.endswith("mistuning.samples: 2 in the file, 3 asked for")
+    with pytest.raises(InputError):
+        merging.merge(tmp_path / "more.h5", [path], samples=3)
 
 
 def test_a_file_has_no_fewer_samples_than_its_parts(folder):

@@ -11,7 +11,7 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import key_table
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.studies import STUDIES
-from tests.program import ENVIRONMENT, ROOT
+from tests.program import ENVIRONMENT, ROOT, refusal
 
 
 def test_a_study_from_python(folder, capfd, monkeypatch):
@@ -38,6 +38,19 @@ def test_input_files_are_configurations_too(folder):
     assert made.with_suffix(".png").exists()
     with pytest.raises(InputError, match="--resume goes on with it, --overwrite replaces it"):
         hpcrub.run("a.yaml", output="four.h5", quiet=True)
+
+
+def test_any_name_of_a_file_is_taken_and_returned_as_it_is(folder, monkeypatch):
+    """A name beyond the first 65,536 characters was no file name, and ~ was returned as it was."""
+    monkeypatch.setenv("HOME", str(folder))
+    table = folder / "\U0001f600é.csv"
+    table.write_text("angle_deg,radius_change_mm\n0,0\n90,-1\n180,0\n270,-1\n")
+    config = hpcrub.Config(study="modal", casing={"profile_csv": str(table)}, output="~/-x.h5")
+    with hpcrub.open(hpcrub.run(config, quiet=True)) as file:
+        assert file.config.casing.profile_csv == str(table)
+    made = hpcrub.run({"study": "modal", "output": "-x.h5"}, quiet=True, overwrite=True)
+    assert made.exists()
+    assert (folder / "-x.h5").exists()
 
 
 @pytest.mark.parametrize("make", [hpcrub.run, lambda keys: hpcrub.Config().replace(keys)])
@@ -98,3 +111,4 @@ def test_keys_are_printed(capsys):
     printed = capsys.readouterr().out
     wanted = [key.path for key in key_table(Config) if "casing" in key.path]
     assert [line.partition(":")[0] for line in printed.splitlines()[::2]] == wanted
+    assert refusal(keys.main, ["clearence"]) == "no key has 'clearence' in its path"

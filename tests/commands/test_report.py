@@ -2,15 +2,19 @@
 
 import html
 import re
+import shutil
 
 import h5py
 import pytest
 
 from hpcrub.__main__ import main
 from hpcrub.commands.report import render
-from hpcrub.studies import open_result
+from hpcrub.config.schema import Config
+from hpcrub.results import layout
+from hpcrub.runs import execution, result_files
+from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import trust
-from tests.program import TINY, run_here
+from tests.program import TINY, lay_out, run_here
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +69,41 @@ def test_of_several_files_it_says_in_which_keys_they_differ(folder, capsys):
     assert "2 results compared" in page
 
 
-def test_another_study_has_its_own_answer(folder):
+def test_another_study_has_its_own_answer(folder, capsys):
     page = render([str(folder / "linear.h5")])
     assert "percentiles 1/50/99 of the linear amplification" in page
+    assert main(["inspect", str(folder / "linear.h5")]) == 0
+    assert "percentiles 1/50/99 of the linear amplification" in capsys.readouterr().out
+
+
+def test_what_is_not_complete_is_not_called_usable_and_what_has_failed_is_over(tmp_path):
+    """A page to sign said "Usable." of a study without a result, and a warning twice."""
+    text = "study: linear\nmistuning: {samples: 20}\nlimits: {probability_below: 0.1}"
+    run = run_of(Config.from_yaml(text))
+    warning = execution.examine(run, execution.Existing())[1][0]
+    result_files.lay_out(tmp_path / "none.h5", run, {"warnings": f"not resolved: {warning}"})
+    page = render([str(tmp_path / "none.h5")])
+    assert 'class="verdict no">Not complete, 0 of 4 tasks are done; what is there is u' in page
+    assert page.count(html.escape(warning)) == 1
+    with h5py.File(lay_out(tmp_path / "failed.h5"), "r+") as file:
+        file["samples/status"][...] = layout.FAILED
+    assert "ot complete" not in render([str(tmp_path / "failed.h5")])
+
+
+def test_a_report_replaces_nothing_but_a_report(folder, capsys):
+    """`--out` replaced a result, and reports of r_0.25 and r_0.50 had one name."""
+    for name in ("r_0.25", "r_0.50", "result.html"):
+        shutil.copy(folder / "linear.h5", folder / name)
+    for _ in range(2):
+        assert main(["report", str(folder / "r_0.25")]) == 0
+    assert main(["report", str(folder / "r_0.50")]) == 0
+    assert {"r_0.25.html", "r_0.50.html"} <= {path.name for path in folder.iterdir()}
+    before = (folder / "c.h5").read_bytes()
+    assert main(["report", str(folder / "linear.h5"), "--out", str(folder / "c.h5")]) == 2
+    assert main(["report", str(folder / "result.html")]) == 0
+    assert "is no report, and is not replaced" in capsys.readouterr().err
+    assert (folder / "c.h5").read_bytes() == before
+    open_result(folder / "result.html").close()
 
 
 def test_what_is_no_result_file_is_refused(folder):

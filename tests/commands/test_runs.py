@@ -3,6 +3,7 @@
 import io
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from rich.console import Console
@@ -15,7 +16,8 @@ from hpcrub.config.schema import Config, differences, load_runs
 from hpcrub.errors import InputError
 from hpcrub.plot.pictures import draw
 from hpcrub.ranks.runlog import RunLog, Work
-from hpcrub.runs import execution
+from hpcrub.runs import cost, execution
+from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
 from tests.plot.stored import PATTERN, PHYSICS
 from tests.program import TINY, lay_out, refusal
@@ -55,6 +57,28 @@ def test_a_key_of_the_command_line_that_every_run_replaces_is_refused(tmp_path):
     assert bumps == [5, 3]
 
 
+@pytest.mark.parametrize("n_speeds", [1, 2, 9, 41])
+def test_the_trial_of_a_dry_run_takes_as_many_speeds_as_a_disk_of_the_study(n_speeds):
+    """Few speeds leave lanes idle: filled up in the trial, they seemed up to four times as fast."""
+    speeds = {"from_hz": 33.5, "to_hz": 33.5 + 0.05 * (n_speeds - 1)}
+    config = Config(speeds=speeds, steady_state={"first_check_s": 0.05, "max_time_s": 0.2})
+    tried = cost.trial(config, build_problem(config)).result
+    assert len(tried.time) == n_speeds
+
+
+def test_a_dry_run_with_resume_counts_what_is_there(folder, capfd):
+    """It told the time of a whole study, also of one that was finished."""
+    text = "study: linear\nmistuning: {samples: 2}\noutput: a.h5\n"
+    Path("a.yaml").write_text(text)
+    with h5py.File(lay_out(Path("a.h5"), text), "r+") as file:
+        file["status"][:3] = 1
+    assert cli.main(["a.yaml", "--dry-run", "--resume"]) == 0
+    assert "already there:        75 %" in capfd.readouterr().out
+    assert cli.main(["a.yaml", "--no-figures", "--resume"]) == 0
+    assert cli.main(["a.yaml", "--dry-run", "--resume"]) == 0
+    assert "estimated run time:   0 s on 1 rank, 0 core hours" in capfd.readouterr().out
+
+
 def test_runs_are_one_file_each_with_the_same_disks(folder, capfd):
     """A figure that does not suit them, the convergence of two samples, is left out in silence."""
     Path("a.yaml").write_text(TINY + DAMPINGS)
@@ -77,9 +101,12 @@ def test_runs_of_one_pattern_have_no_statistics(folder):
     assert pictures == ["compare.png", "damping_ratio=0.005.png"]
 
 
-def test_a_run_may_start_from_the_one_before(folder):
+def test_a_run_may_start_from_the_one_before(folder, capfd):
+    """Its dry run was refused, as the first result is not there yet."""
     second = "{study: energy, sources: [first.h5], energy.samples: 1, output: second.h5}"
     Path("a.yaml").write_text(TINY + f"runs: [{{output: first.h5}}, {second}]")
+    assert cli.main(["a.yaml", "--dry-run"]) == 0
+    assert "energy, 2 tasks, not estimated: from a run before it" in capfd.readouterr().out
     assert cli.main(["a.yaml", "--no-figures"]) == 0
     open_result("second.h5").close()
 

@@ -180,6 +180,18 @@ def test_wrong_overrides(tmp_path, override, message):
     assert line.startswith(f"{path}: ")
 
 
+def test_what_a_result_file_keeps_of_long_tables_is_read_back():
+    """A measured casing and a table of clearances: laid out, and then refused as too long."""
+    angles = [round(k / 10 + 1e-6, 6) for k in range(3600)]
+    speeds = [[round(20 + k / 50 + 1e-6, 6), 5.123456] for k in range(1000)]
+    shape = {"profile_deg": angles, "profile_mm": [-3.123456] * 3600, "clearance_hz_mm": speeds}
+    waves = [{"diameters": abs(h), "travels": "forward" if h > 0 else "backward"} for h in
+             (*range(-99, 0), *range(1, 100))]  # fmt: skip
+    waves += [{"diameters": 0}, {"diameters": 100}]
+    c = Config(casing=shape, aero={"waves": waves}, disk={"n_blades": 200})
+    assert read(c.to_yaml()) == c
+
+
 def test_unreadable_files(tmp_path):
     binary = tmp_path / "binary.yaml"
     binary.write_bytes(b"\xff\xfe\x80 not text")
@@ -189,7 +201,7 @@ def test_unreadable_files(tmp_path):
         (tmp_path / "none.yaml", "cannot be read (No such file or directory)"),
         (tmp_path, "cannot be read (Is a directory)"),
         (binary, "cannot be read ('utf-8' codec can't decode"),
-        (long, "longer than the 100,000 characters allowed for an input"),
+        (long, "longer than the 500,000 characters allowed for an input"),
     ]:
         assert reason in refusal(load, path)
 

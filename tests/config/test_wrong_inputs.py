@@ -5,6 +5,7 @@ import pytest
 from hpcrub import studies
 from hpcrub.config.schema import Config
 from hpcrub.config.yaml_text import MAX_CHARACTERS
+from hpcrub.runs import execution
 from tests.program import refusal
 
 TWELVE = "[210, 211, 212, 213, 214, 215, 209, 208, 207, 206, 205, 204]"
@@ -27,6 +28,7 @@ WRONG = [
     ("convergence: {stop_when_converged: yes}", "stop_when_converged: 'yes' is not true or false"),
     ("output: 3", "output: 3 is not a file name"),
     ('output: "a/.."', "output: 'a/..' is not a file name"),
+    ("output: results/", "output: 'results/' is not a file name"),
     ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
     ("disk: {least_clearance_mm: 3}", "disk.least_clearance_mm: 3.0 is what a model file tells"),
     ("disk: {model: a.h5, n_strips: 2}", "disk.n_strips: 2 is what a model file tells"),
@@ -79,7 +81,7 @@ WRONG = [
     ("study: &a contact\noutput: *a", "line 2, column 9: aliases (*) are not supported"),
     ("study: !!python/name:os.system", "line 1, column 8: could not determine a constructor"),
     ("study: \x07", "not YAML: unacceptable character"),
-    ("a" * (MAX_CHARACTERS + 1), "longer than the 100,000 characters"),
+    ("a" * (MAX_CHARACTERS + 1), "longer than the 500,000 characters"),
     # damping
     ("material: {damping_of: families}", "damping_of: families needs material.damping_ratios"),
     ("material: {damping_bands_hz: [100]}", "damping_of: modes needs material.damping_ratios"),
@@ -153,6 +155,28 @@ WRONG = [
 @pytest.mark.parametrize(("text", "message"), WRONG, ids=[text[:40] for text, _ in WRONG])
 def test_wrong_inputs(text, message):
     assert message in error_of(text)
+
+
+IDLE = [
+    ("sources: [b.h5]", "sources: ['b.h5'] has no effect: a study modal starts from no other"),
+    ("casing: {clearance_mm: 0.3, clearance_hz_mm: [[33, 0.3], [36, 0.2]]}",
+     "casing.clearance_mm: 0.3 has no effect: clearance_hz_mm is in its place"),
+    ("casing: {smoothing_mm: 9}", "no profile is given"),
+    ("material: {damping_ratio: 0.01, damping_ratios: [0.02]}", "damping_ratios are in its place"),
+    ("steady_state: {rule: last_window, max_error: 0.1}", "the rule is last_window"),
+    ("steady_state: {confirmations: 3}", "confirmations: 3 has no effect: the rule is"),
+    ("mistuning: {truncation: 2}", "mistuning.truncation: 2.0 has no effect: nothing is normal"),
+    ("mistuning: {pattern_unit: hz}", "mistuning.pattern_unit: 'hz' has no effect: no pattern"),
+    ("limits: {stress_mpa_per_mm: 9}", "limits.stress_mpa is missing"),
+    ("limits: {probability_below: 0.01}", "0.01 has no effect: the study is modal, not rare"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "message"), IDLE, ids=[text[:40] for text, _ in IDLE])
+def test_keys_without_effect_are_named_by_a_run_and_a_dry_run(text, message, folder):
+    run = studies.run_of(Config.from_yaml(f"study: modal\noutput: a.h5\n{text}"))
+    (warning,) = execution.examine(run, execution.Existing())[1]
+    assert message in warning
 
 
 def test_more_errors_are_counted():

@@ -6,13 +6,20 @@ import io
 import os
 import pty
 import re
+import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+from hpcrub import studies
+from hpcrub.config.schema import Config
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.ranks import progress
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.runlog import Work
 from hpcrub.response.band import NARROWEST
+from hpcrub.runs.study import Job
 from tests.program import ENVIRONMENT, ROOT, TINY, command, error_lines, run, run_here
 
 COLUMNS = 60  # of the terminal
@@ -59,6 +66,36 @@ def test_an_output_without_our_characters_gets_others(monkeypatch):
     progress.console().print("sigma of ±2 %: σ")
     plain.flush()
     assert plain.buffer.getvalue().rstrip() == b"sigma of ?2 %: ?"
+
+
+@pytest.mark.parametrize(("study", "most"), [("threshold", "at most "), ("linear", "")])
+def test_the_time_left_is_told_and_that_a_search_may_end_before_all(study, most, capsys):
+    """25 of this run took 100 s, and 100 are left; of 13,200 disks a search took 1,276."""
+    run = studies.run_of(Config(study=study))
+    job = Job(run, Team(), None, None, progress.Progress(run.config))
+    job.status, job.work = np.repeat(np.uint8([1, 0]), [49, 101]), Work(24)
+    job.progress.began -= 100.0
+    job.progress.shown -= 100.0
+    job._collect(49, 1.0)
+    told = f"{run.study.unit}: 50 of {most}150, {most}6.67 min left\n"
+    assert capsys.readouterr().out == told
+
+
+def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):
+    """`hpcrub keys | head` was a traceback; so was a study whose log stood on a full disk."""
+    (tmp_path / "a.yaml").write_text("study: modal\noutput: a.h5\n")
+    environment = os.environ | ENVIRONMENT | {"PYTHONPATH": str(ROOT)}
+    end, gone = os.pipe()
+    os.close(end)
+    with os.fdopen(gone, "w") as left, open("/dev/full", "w") as full:
+        for out, lost in ((left, ""), (full, "No space left on device")):
+            for words in (["keys"], ["run", "a.yaml", "--overwrite", "--no-figures"]):
+                line = [sys.executable, "-m", "hpcrub", *words]
+                how = {"cwd": tmp_path, "env": environment, "stderr": subprocess.PIPE}
+                done = subprocess.run(line, stdout=out, text=True, **how)
+                said = f"hpcrub: nothing is printed any more: {lost}\n" if lost else ""
+                assert (done.returncode, done.stderr) == (0, said)
+    assert run_here("a.yaml", "--status", folder=tmp_path) == 0
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/ptmx"), reason="no terminals here: no /dev/ptmx")

@@ -13,7 +13,7 @@ import pytest
 from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError, WriteError
-from hpcrub.results import layout, storage, trouble
+from hpcrub.results import layout, model_file, storage, trouble
 from hpcrub.runs import result_files
 from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies.contact import file as contact_file
@@ -284,6 +284,14 @@ def test_damaged_metadata_is_found(path):
         except InputError:
             n_refused += 1
     assert n_refused > 50
+
+
+def test_a_result_file_is_no_model_file_whatever_is_written_in_it(path):
+    """It "cannot be read ('ascii' codec can't decode ...)"."""
+    with h5py.File(path, "r+") as file:
+        file["note"] = np.bytes_("u²/2R".encode())
+    line = refusal(model_file.require_free, path, True)
+    assert line.endswith("is no model file, and is not replaced; choose another output")
 
 
 def test_a_failed_replacement_leaves_the_old_file(path, monkeypatch):
