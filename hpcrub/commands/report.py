@@ -75,8 +75,10 @@ def _facts(path):
     """Return everything that the report says of one file, for the template."""
     with open_result(path) as file:
         study, config, status = run_of(file.config).study, file.config, file.status
-        lines = study.verdict(file)
         n_done = int(np.count_nonzero(status != PENDING))
+        if not n_done:
+            raise InputError(f"{path} holds no result yet; run its input with --resume")
+        lines = study.verdict(file)
         complete = n_done == status.size or study.is_enough(file)
         of = counted(status.size, study.unit.rstrip("s"))
         partly = "" if complete else f"not complete, {n_done} of {of} are done; what is there is "

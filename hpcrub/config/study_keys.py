@@ -64,7 +64,7 @@ class Threshold(Section):
     def values(self) -> np.ndarray:
         """Values that may be tested (V,), evenly spaced; the number of steps is a power of two."""
         steps = max((self.highest - self.lowest) / self.tolerance, 1.0)
-        n = 2 ** int(np.ceil(np.log2(steps) - 1e-9))
+        n = 2 ** int(np.ceil(np.log2(min(steps, MOST_VALUES - 1)) - 1e-9))
         return np.round(np.linspace(self.lowest, self.highest, n + 1), 10)
 
 

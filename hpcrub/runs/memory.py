@@ -45,7 +45,8 @@ def estimate(run: Run) -> int:
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
         )
         kept = config.n_coordinates + 4 * config.disk.n_points  # forces, displacements, gaps
-        integration += NUMBER * records * kept * len(history.LANES)
+        one_speed = config.speeds.n_values == 1  # in pieces, and joined
+        integration += NUMBER * records * kept * (2 if one_speed else len(history.LANES))
     return max(INTERPRETER + model + rows + integration, COMPILING * study.integrates)
 
 

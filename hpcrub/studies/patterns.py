@@ -209,7 +209,7 @@ class Halving(Job):
 
     def _collect(self, task, seconds):
         self.work += Work(1, 0, seconds)
-        self.progress.part("tasks", *self.n_done())
+        self.progress.part("tasks", *self.n_done(), self.work.n_done)
 
 
 class PatternStudy(Study):

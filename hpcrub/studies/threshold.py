@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.config.checks import idle
 from hpcrub.config.schema import Config
+from hpcrub.config.study_keys import MOST_VALUES
 from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
 from hpcrub.results.layout import PENDING, Dataset
@@ -21,10 +23,14 @@ from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search
 from hpcrub.studies.contact.amplification import peaks_of
-from hpcrub.studies.contact.limits import severities
+from hpcrub.studies.contact.limits import percent, severities
 
-NEVER_KEYS = ("study", "output", "sources", "threshold.", "limits.", "part.", "mistuning.seed")
+NEVER_KEYS = (
+    *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
+    *(f"mistuning.{name}" for name in ("seed", "samples", "tuned_runs", "checked_samples")),
+)
 LOOKS = 1.5  # values per bisection that need as many disks as the target asks for
+CLOSE = 2  # values so close to the crossing that they need all disks
 _V, _VN = ("value",), ("value", "sample")
 LAYOUT = (
     Dataset("value", _V, "1", "values of the key, in its own unit"),
@@ -120,18 +126,34 @@ class Threshold(Study):
         if key.startswith(NEVER_KEYS):
             yield f"threshold.key: {key} changes no disk"
             return
+        most = MOST_VALUES - 1
+        if config.threshold.highest - config.threshold.lowest > most * config.threshold.tolerance:
+            yield (
+                f"threshold.tolerance: {config.threshold.tolerance} divides the range into more "
+                f"than {most} steps"
+            )
         for value in map(float, config.threshold.values):
             try:
                 at_value(config, value)
             except InputError as error:
                 yield f"threshold.key: {value:g}: {error}"
                 return
+        for line in idle(at_value(config, config.threshold.highest)):
+            if line.startswith(f"{key}:"):
+                yield f"threshold.key: {line}"
+
+    def needs(self, config: Config) -> str:
+        """Number of values, and of disks that the search is expected to need, in words."""
+        n_values, disks = len(config.threshold.values), self.cost(config).disks
+        return f"for {n_values} values of {config.threshold.key}, together about {disks:,} disks"
 
     def cost(self, config: Config) -> Cost:
         """Cost of the disks that a few values need until their intervals leave out the target."""
         # the interval by so many disks, none of them beyond the limit, leaves out the target
-        needed = min(4.6 / config.threshold.probability, config.mistuning.samples)
-        disks = round(LOOKS * np.log2(len(config.threshold.values)) * needed)
+        n_values, most = len(config.threshold.values), config.mistuning.samples
+        needed = min(4.6 / config.threshold.probability, most)
+        disks = round(LOOKS * np.log2(n_values) * needed + CLOSE * most)
+        disks = min(disks, n_values * most)
         return Cost(disks, disks=disks)
 
     def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
@@ -149,10 +171,10 @@ class Threshold(Study):
         """The value that meets the limit, and the number of disks that the search took."""
         yield answer(file)
         n_done, n_values = int(file.read("n_disks").sum()), len(file.config.threshold.values)
-        share = 100.0 * n_done / (n_values * file.config.mistuning.samples)
+        share = n_done / (n_values * file.config.mistuning.samples)
         yield (
             f"{n_done:,} disks at {np.count_nonzero(file.read('n_disks'))} of {n_values} values, "
-            f"{share:.2g} % of all disks at all values"
+            f"{percent(share)} % of all disks at all values"
         )
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:

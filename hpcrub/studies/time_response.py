@@ -184,25 +184,27 @@ class TimeResponse(StudyInTime):
         """Integrate one disk in time and test its steady state, or tell why it diverged."""
         scene, modes = problem.problem.scene, problem.modes[task]
         speed, duration = config.speeds.from_hz, config.history.duration_s
-        followed, pieces, worn_depth = history.Follower(modes, scene, speed, duration), [], []
+        followed, parts, worn_depth = history.Follower(modes, scene, speed, duration), [], []
         for piece in history.integrate(modes, scene, np.array([speed]), duration, poll=poll):
             followed.take(piece, 0)
             worn_depth += [depth.max() for depth in piece.worn]
-            pieces.append(piece._replace(worn=()))
-        names = "time", "normal_force", "position", "casing"
-        parts = ([getattr(piece, name)[..., 0] for piece in pieces] for name in names)
-        time, force, position, casing = map(np.concatenate, parts)
+            values = piece.time, piece.normal_force, piece.position, piece.casing
+            parts.append([of_lanes[..., 0].copy() for of_lanes in values])  # other lanes are empty
+            reason = piece.reason[0]
+        n_pieces = len(parts)
+        time, force, position, casing = map(np.concatenate, zip(*parts, strict=True))
+        del parts
+        failed = status.are_fatal(reason)
         tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
         window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
-        reason = pieces[-1].reason[0]
-        if not status.are_fatal(reason):
+        if not failed:
             share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
             reason = permanent_contact(share, modes, scene, speed) or reason
         if task == 0:
             yield from _once(config, scene, time)
         yield "point_reason", task, reason
         yield "point_status", task, DIVERGED
-        if status.are_fatal(pieces[-1].reason[0]):
+        if failed:
             return
         wall = casing_motion.radial(modes.pairs, casing, scene.interface.angle)
         yield "radial_m", task, radial
@@ -217,7 +219,7 @@ class TimeResponse(StudyInTime):
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)
             yield from worn.of_speed(followed.wear, task)
-        yield from _tests(followed, task, tangential, len(time) // len(pieces))
+        yield from _tests(followed, task, tangential, len(time) // n_pieces)
         if not status.are_fatal(reason):
             yield from _judged(followed, task)
 

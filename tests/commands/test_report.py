@@ -10,6 +10,7 @@ import pytest
 from hpcrub.__main__ import main
 from hpcrub.commands.report import render
 from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
 from hpcrub.results import layout
 from hpcrub.runs import execution, result_files
 from hpcrub.studies import open_result, run_of
@@ -82,8 +83,12 @@ def test_what_is_not_complete_is_not_called_usable_and_what_has_failed_is_over(t
     run = run_of(Config.from_yaml(text))
     warning = execution.examine(run, execution.Existing())[1][0]
     result_files.lay_out(tmp_path / "none.h5", run, {"warnings": f"not resolved: {warning}"})
+    with pytest.raises(InputError, match="holds no result yet"):
+        render([str(tmp_path / "none.h5")])
+    with h5py.File(tmp_path / "none.h5", "r+") as file:
+        file["status"][0] = layout.DONE
     page = render([str(tmp_path / "none.h5")])
-    assert 'class="verdict no">Not complete, 0 of 4 tasks are done; what is there is u' in page
+    assert 'class="verdict no">Not complete, 1 of 4 tasks are done; what is there is u' in page
     assert page.count(html.escape(warning)) == 1
     with h5py.File(lay_out(tmp_path / "failed.h5"), "r+") as file:
         file["samples/status"][...] = layout.FAILED

@@ -31,6 +31,8 @@ REFUSED = {
     "mistuning.half_range_percent=[1, 2]": "a threshold study is of one level",
     "threshold.lowest=-1": "casing.clearance_mm",
     "threshold.key=casing.n_bumps": "casing.n_bumps",
+    "threshold.key=mistuning.tuned_runs": "mistuning.tuned_runs changes no disk",
+    "casing.clearance_hz_mm=[[30, 0.3], [40, 0.2]]": "clearance_hz_mm is in its place",
     "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 1024",
 }
 
