@@ -98,6 +98,18 @@ def _casing_angles():
     return np.arange(N_ANGLES) * (2.0 * np.pi / N_ANGLES)
 
 
+def _motion(pieces, followed):
+    """Times, forces, positions and casing of all pieces, worn depths, and the last reason."""
+    parts, worn_depth, reason = [], [], status.NONE
+    for piece in pieces:
+        followed.take(piece, 0)
+        worn_depth += [depth.max() for depth in piece.worn]
+        values = piece.time, piece.normal_force, piece.position, piece.casing
+        parts.append([of_lanes[..., 0].copy() for of_lanes in values])  # other lanes are empty
+        reason = piece.reason[0]
+    return map(np.concatenate, zip(*parts, strict=True)), worn_depth, reason
+
+
 def _tests(followed, task, tangential, per_block):
     """Tip, correlation and change of amplitude in the steady-state test at every check."""
     tips = np.zeros(len(followed.checks), dtype=int)
@@ -184,16 +196,9 @@ class TimeResponse(StudyInTime):
         """Integrate one disk in time and test its steady state, or tell why it diverged."""
         scene, modes = problem.problem.scene, problem.modes[task]
         speed, duration = config.speeds.from_hz, config.history.duration_s
-        followed, parts, worn_depth = history.Follower(modes, scene, speed, duration), [], []
-        for piece in history.integrate(modes, scene, np.array([speed]), duration, poll=poll):
-            followed.take(piece, 0)
-            worn_depth += [depth.max() for depth in piece.worn]
-            values = piece.time, piece.normal_force, piece.position, piece.casing
-            parts.append([of_lanes[..., 0].copy() for of_lanes in values])  # other lanes are empty
-            reason = piece.reason[0]
-        n_pieces = len(parts)
-        time, force, position, casing = map(np.concatenate, zip(*parts, strict=True))
-        del parts
+        followed = history.Follower(modes, scene, speed, duration)
+        pieces = history.integrate(modes, scene, np.array([speed]), duration, poll=poll)
+        (time, force, position, casing), worn_depth, reason = _motion(pieces, followed)
         failed = status.are_fatal(reason)
         tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
         window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
@@ -219,7 +224,7 @@ class TimeResponse(StudyInTime):
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)
             yield from worn.of_speed(followed.wear, task)
-        yield from _tests(followed, task, tangential, len(time) // n_pieces)
+        yield from _tests(followed, task, tangential, len(time) // followed.n_blocks)
         if not status.are_fatal(reason):
             yield from _judged(followed, task)
 

@@ -115,7 +115,7 @@ def masses(W, friction=0.5):
     modes = Modes.planar(np.full(n, 2 * np.pi * 20.0), eye, (W - eye) / friction)
     scene = Scene(
         planar_interface(np.zeros(n), 1.0), 0.05, CasingShape(1, 2e-3), 1e-3, 0.01, friction,
-        scheme="exact_modal", step=1e-4, steady=SteadyCriteria(first_check=0.3, max_time=0.6),
+        scheme="exact_modal", step=1e-4, steady=SteadyCriteria(first_check=0.3, max_time=0.8),
     )  # fmt: skip
     return modes, scene
 
