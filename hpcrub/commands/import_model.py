@@ -181,18 +181,24 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
     say("n_d = blades - diameters (SAFE diagram):")
     depends = len(model.stiffness) > 1 and speed > 0.0  # at speed 0 the disk at rest suffices
     pencils = cyclic.pencils(model, [0.0, speed] if depends else [speed])
+    known = max((_speed(text)[0] for text in getattr(options, "stiffness", ())), default=np.inf)
     for diameters, (row, pencil) in enumerate(zip(table, pencils, strict=True)):
         frequencies = "  ".join(f"{f:11.4f}" for f in row if np.isfinite(f))
         orders = sorted({n for n in (diameters, model.n_blades - diameters) if n})
-        met = ", ".join(f"n_d = {n}: {_crossing(pencil, n)}" for n in orders)
+        met = ", ".join(f"n_d = {n}: {_crossing(pencil, n, known)}" for n in orders)
         say(f"  {diameters:3d}: {frequencies}   {met}")
+    if known < np.inf:
+        say(f"  (*: extrapolated beyond the {known:g} Hz of --stiffness)")
     return table[:, 0]
 
 
-def _crossing(pencil, order):
-    """Text of the speed at which an engine order meets the lowest mode of a stiffness and mass."""
-    speeds = crossings.speeds(*pencil, order)
-    return f"{speeds[0] / (2 * np.pi):.4g}" if len(speeds) else "never"
+def _crossing(pencil, order, known):
+    """Text of the speed at which an engine order meets the lowest mode of a stiffness and mass.
+
+    known: speed up to which the stiffness is known [Hz]; a star marks speeds beyond it.
+    """
+    speeds = crossings.speeds(*pencil, order) / (2 * np.pi)
+    return f"{speeds[0]:.4g}{'*' * bool(speeds[0] > known)}" if len(speeds) else "never"
 
 
 def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator[str]:

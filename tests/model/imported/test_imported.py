@@ -11,6 +11,9 @@ Without friction it slides freely along the generator e = (-s, 0, c), held to n 
 there about its rest with w^2 = (s^2 k_r + c^2 k_z) / m.
 """
 
+import re
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -18,6 +21,7 @@ from scipy.linalg import eigh, eigvalsh
 from scipy.optimize import brentq
 
 from evidence.truth.hexahedra import SMALL, disk_arrays, sector_arrays
+from hpcrub.commands import import_model
 from hpcrub.errors import InputError
 from hpcrub.model import crossings
 from hpcrub.model.casing import CasingShape
@@ -363,6 +367,19 @@ def test_frequencies_of_another_speed_with_shapes_of_the_middle_err_by_second_or
     np.testing.assert_allclose(modes.omega_at(middle), modes.omega, rtol=1e-12)
     twice = modes.at(10.0).at(300.0)
     np.testing.assert_allclose(twice.omega, modes.at(300.0).omega, rtol=1e-12)
+
+
+def test_crossings_beyond_the_speeds_of_the_stiffness_have_a_star(sector, capsys):
+    K1 = sp.diags_array(np.full(len(sector.dof), 0.3)) @ sector.mass
+    spun = sector._replace(stiffness=(sector.stiffness[0], K1, 0.0 * K1))
+    for speeds in ([], ["100=a.inp", "500=b.inp"]):
+        import_model.report(spun, SimpleNamespace(speed_hz=150.0, turns=1, stiffness=speeds))
+        out = capsys.readouterr().out
+        met = re.findall(r"n_d = \d+: ([\d.]+)(\*?)", out)
+        known = float(speeds[-1].partition("=")[0]) if speeds else np.inf
+        assert [bool(star) for _, star in met] == [float(hz) > known for hz, _ in met]
+        assert ("extrapolated beyond" in out) == bool(speeds)
+        assert min(float(hz) for hz, _ in met) < 500.0 < max(float(hz) for hz, _ in met)
 
 
 def test_first_crossing_is_where_the_first_frequency_is_the_engine_order(sector):
