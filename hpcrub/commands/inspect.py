@@ -13,7 +13,6 @@ from hpcrub.ranks.progress import say
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result, run_of
-from hpcrub.studies.contact import summary
 
 MOST_CHARACTERS = 200  # printed of an attribute
 
@@ -27,11 +26,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         try:
             with open_result(path) as file:
                 say("\n".join(description(file)))
-                if not (file.status == DONE).any():
-                    continue
-                if file.config.study == "contact":
-                    summary.print_results(file)
-                else:
+                if (file.status == DONE).any():
                     run_of(file.config).study.print_results(file)
         except InputError as error:
             print(f"hpcrub: error: {error}", file=sys.stderr)

@@ -27,7 +27,6 @@ from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.studies import open_result, run_of
-from hpcrub.studies.contact import summary
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
 FILLED_IN = "filled in when a run begins"  # in the description of keys that no user sets
@@ -129,7 +128,7 @@ def _answer(file, study):
         return "\n".join(list(study.report(file))[1:])
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
-        summary.print_results(file)
+        study.print_results(file)
     lines = text.getvalue().splitlines()
     return "\n".join(line for line in lines if not line.startswith(("Verdict: ", "- ")))
 

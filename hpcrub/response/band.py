@@ -82,21 +82,21 @@ class Course:
         """Time from the start to a block [s]."""
         return (now - self.start) / (self.speed_hz * self.per_turn)
 
-    def records_from(self, window: int) -> int:
-        """First block to record: two windows (in blocks) before a check, or the start."""
-        return self.start if self.watch.always else self.check - 2 * window
+    def records_from(self) -> int:
+        """First block to record: two windows before a check, or the start."""
+        return self.start if self.watch.always else self.check - 2 * self.window
 
-    def next_event(self, now: int, window: int) -> int:
+    def next_event(self, now: int) -> int:
         """Block of the next check, the begin of the window before it, or a window's end."""
         if self.watch.always:
-            return min(self.check, now + window - (now - self.start) % window)
-        last = self.check - window
+            return min(self.check, now + self.window - (now - self.start) % self.window)
+        last = self.check - self.window
         return last if last > now else self.check
 
-    def may_end(self, now: int, window: int) -> bool:
+    def may_end(self, now: int) -> bool:
         """Whether a verdict is possible at the end of the window that holds a block."""
         ends = self.is_over or self.watch.may_end(self.seconds(self.check))
-        return self.check - window <= now and ends
+        return self.check - self.window <= now and ends
 
     @property
     def is_over(self) -> bool:
@@ -166,10 +166,10 @@ class Band:
     def _next_event(self, now):
         """Whether any lane records from block ``now`` on, and the next block of an event."""
         courses = [course for _, course in self._running()]
-        begin = min(course.records_from(self.window) for course in courses)
+        begin = min(course.records_from() for course in courses)
         if begin > now:
             return False, begin
-        return True, min(course.next_event(now, self.window) for course in courses)
+        return True, min(course.next_event(now) for course in courses)
 
     def _follow(self, now, until):
         """Pass the blocks from ``now`` on to the rules that need every block."""
@@ -200,7 +200,7 @@ class Band:
         the end of the window, from whose begin the largest stress counts.
         """
         running = self._running() if self.scene.observes_stress else []
-        running = [(k, c) for k, c in running if c.watch.always or c.may_end(now, self.window)]
+        running = [(k, c) for k, c in running if c.watch.always or c.may_end(now)]
         begun = [k for k, c in running if not c.watch.always and c.check - self.window == now]
         self.record.stress_peak[:, begun] = 0.0
         return np.array([lane for lane, _ in running], dtype=np.int64)

@@ -10,7 +10,12 @@ from hpcrub.errors import InputError, reason
 
 
 class Lock:
-    """Keeps a second job off the same result file, until release or the end of the process."""
+    """Keeps a second job off the same result file, until release or the end of the process.
+
+    The library `filelock` does not do: it leaves its file beside every result, and on a file system
+    without locks it takes the existence of this file for a lock, so that after kill -9 nobody could
+    go on.
+    """
 
     def __init__(self, path: str | Path) -> None:
         """Take the lock. Raises InputError when another job has it or the folder cannot be used."""

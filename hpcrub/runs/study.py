@@ -223,8 +223,7 @@ class Study:
 
     def print_results(self, file: ResultFile) -> None:
         """Print verdict and results."""
-        first, *advice = self.verdict(file)
-        for line in (f"Verdict: {first}.", *(f"- {line}" for line in advice), *self.report(file)):
+        for line in (*verdict.in_words(self.verdict(file)), *self.report(file)):
             print_line(console(), line)
 
 
@@ -233,6 +232,11 @@ class StudyInTime(Study):
 
     mistunes = False
     integrates = histories = True
+
+    @property
+    def time_key(self) -> str:
+        """Key of the time after which a motion that has not settled ends."""
+        return "history.duration_s" if "history" in self.sections else verdict.TIME_KEY
 
     def prepare(self, config: Config) -> Any:
         """Prepare the Problem and the modes of all disks. Raises InputError."""
@@ -251,9 +255,7 @@ class StudyInTime(Study):
         """Findings against the points and amplitudes of all disks, or starts."""
         names = "amplitude_m", "point_status", "point_reason"
         amplitude, states, reasons = map(file.read, names)
-        of_histories = "history" in self.sections
-        key = "history.duration_s" if of_histories else "steady_state.max_time_s"
-        yield from verdict.of_points(file.config, amplitude, states, reasons, key)
+        yield from verdict.of_points(file.config, amplitude, states, reasons, self.time_key)
         yield from verdict.kinematics(file.config, amplitude)
 
 

@@ -17,6 +17,7 @@ NOT_RESOLVED = "not resolved"  # first words of warnings of `setup.plausibility`
 MOST = 5  # most lines below a verdict
 FEW = 0.05  # share of points or peaks, or change of a peak, above which a result is useless
 FAR = 0.2  # of the tip radius: larger displacements are beyond a linear model of blades
+TIME_KEY = "steady_state.max_time_s"  # of the longest time of a motion, but for histories
 BEYOND = "count as beyond the limit"  # meaning of a disk without a result
 SMALL = 0.1  # of the casing's reach: largest radial error by small displacements
 
@@ -40,6 +41,12 @@ def block(findings: Iterable[Finding], of_many: bool = False) -> list[str]:
     single = "percentiles usable, single values not" if of_many else "usable with care"
     words = {REMARK: "usable", SINGLE: f"{single}: {reasons}", USELESS: f"not usable: {reasons}"}
     return [words[worst], *(finding.advice for finding in findings[:MOST])]
+
+
+def in_words(lines: list[str]) -> Iterator[str]:
+    """Lines of a `block` as they are printed."""
+    yield f"Verdict: {lines[0]}."
+    yield from (f"- {advice}" for advice in lines[1:])
 
 
 def not_resolved(warnings: list[str]) -> Iterator[Finding]:
@@ -102,7 +109,7 @@ def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
 
 
 def unsettled(
-    config: Config, n_lost: int, n: int, of: str, key: str = "steady_state.max_time_s"
+    config: Config, n_lost: int, n: int, of: str, key: str = TIME_KEY
 ) -> Iterator[Finding]:
     """Finding about n_lost of n peaks or points (`of`) whose motion has not settled in its time.
 
@@ -121,7 +128,7 @@ def of_points(
     amplitude: np.ndarray,
     states: np.ndarray,
     reasons: np.ndarray,
-    key: str = "steady_state.max_time_s",
+    key: str = TIME_KEY,
 ) -> Iterator[Finding]:
     """Findings against the points of some disks, or starts, at some speeds.
 

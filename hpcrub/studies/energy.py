@@ -220,7 +220,7 @@ class Energy(StudyInTime):
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all
         yield from verdict.of_points(
-            file.config, energy.max(axis=2), states, reasons, "steady_state.max_time_s"
+            file.config, energy.max(axis=2), states, reasons, self.time_key
         )
 
 

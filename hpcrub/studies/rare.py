@@ -72,14 +72,16 @@ class Sampling(Job):
         A step depends on the disks before it alone, whatever else the file holds.
         """
         goal, before = goal_of(self.config), 0
+        above, inclusion = beyond(self.file), self.file.read("inclusion")
+        estimated = np.isfinite(self.file.read("probability"))
         for place, n in enumerate(map(int, numbers(self.config))):
             if (self.status[:n] == PENDING).any():
                 looked_at = np.flatnonzero(self.file.read("look_speeds")) if before else ()
                 speeds = tuple(map(int, looked_at))
                 rule = _plan(self.file, before, speeds, goal).rule if speeds else Rule()
                 return Step(n, speeds, rule)
-            counts = counts_of(self.file, n)
-            if np.isnan(self.file.read("probability")[place]):
+            counts = count(above[:n], inclusion[:n])
+            if not estimated[place]:
                 if not before:
                     self._choose_look(goal)
                 self.file.write(dict(zip(ESTIMATE, estimate(counts), strict=True)), place)

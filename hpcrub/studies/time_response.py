@@ -263,7 +263,7 @@ class TimeResponse(StudyInTime):
         moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
         states, reasons = file.read("point_status"), file.read("point_reason")
         of_disks = moved[:, None], states[:, None], reasons[:, None]
-        yield from verdict.of_points(file.config, *of_disks, key="history.duration_s")
+        yield from verdict.of_points(file.config, *of_disks, self.time_key)
         yield from verdict.kinematics(file.config, moved)
 
 

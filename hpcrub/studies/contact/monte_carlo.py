@@ -26,7 +26,6 @@ from hpcrub.studies.contact import amplification as disk
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.layout import kinds
-from hpcrub.studies.contact.summary import print_results
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
 
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
@@ -95,7 +94,7 @@ class MonteCarlo(Job):
 
     def summary(self, seconds: float) -> None:
         """Print the results (rank 0); seconds: wall time of this run."""
-        print_results(self.file)
+        self.study.print_results(self.file)
         text = f"wall time {duration(seconds)} on {counted(self.team.size, 'rank')}"
         if self.work.seconds > 0.0:
             rate = self.work.n_steps / self.work.seconds

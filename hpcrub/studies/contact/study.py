@@ -16,7 +16,7 @@ from hpcrub.runs.study import Run, Study
 from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
-from hpcrub.studies.contact import layout, trust
+from hpcrub.studies.contact import layout, summary, trust
 from hpcrub.studies.contact.file import read_trust
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 from hpcrub.studies.contact.survey import n_counted
@@ -122,6 +122,10 @@ class Contact(Study):
         if is_usable(lines):
             text += f", A_nl {amplifications}"
         yield f"{text}; {lines[0]}" if lines else text
+
+    def print_results(self, file: ResultFile) -> None:
+        """Print verdict, tables and lines about the finished samples."""
+        summary.print_results(file)
 
 
 STUDY = Contact()

@@ -12,7 +12,7 @@ from hpcrub.ranks import progress
 from hpcrub.ranks.progress import WIDTH, console, print_line
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.verdict import is_usable
+from hpcrub.runs import verdict
 from hpcrub.statistics.percentiles import (
     Z_95,
     confidence,
@@ -28,9 +28,9 @@ from hpcrub.studies.shared import casing_motion
 def print_results(file: ResultFile) -> None:
     """Print the verdict, tables and lines about the finished samples; there must be some."""
     out, counts = console(), survey.survey(file)
-    verdict = trust.lines(file, counts)
-    for place, line in enumerate(verdict):
-        print_line(out, f"- {line}" if place else f"Verdict: {line}.")
+    lines = trust.lines(file, counts)
+    for line in verdict.in_words(lines):
+        print_line(out, line)
     if file.config.pattern_deviation is not None:
         out.print(pattern_table(file))
     elif measured.are_few(file):
@@ -48,10 +48,10 @@ def print_results(file: ResultFile) -> None:
     print_line(out, tuned_line(file))
     for line in (
         *limits.largest_line(file, counts),
-        *limits.engines_lines(file, is_usable(verdict)),
+        *limits.engines_lines(file, verdict.is_usable(lines)),
         *limits.depth_lines(file),
         *casing_motion.lines(file, survey.n_counted(file)),
-        *limits.limit_lines(file, is_usable(verdict)),
+        *limits.limit_lines(file, verdict.is_usable(lines)),
         *point_lines(counts),
     ):
         print_line(out, line)
