@@ -32,7 +32,6 @@ Where = Axes | Sequence[Axes] | FigureBase | None
 LETTERS = 12  # letters per inch of a line below a figure
 ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; width of a symbol with its space [inch]
 
-
 NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
     "": ("", lambda config: True),
     "wear": ("a coating that wears (contact.law: abradable)", lambda c: c.contact.wears),

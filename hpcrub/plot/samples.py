@@ -36,9 +36,7 @@ def contact_over_linear(canvas: Canvas, file: ResultFile) -> None:
         panel.set_title(_title(sigma[level], linear[level], contact[level]), fontsize=11)
         panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
     if image is not None:
-        bar = canvas.colorbar(image, axes, label="share of the samples in denser regions")
-        if bar:
-            bar.set_ticks([0, *SHARES])
+        canvas.colorbar(image, axes, label="share of the samples in denser regions")
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
 
 
