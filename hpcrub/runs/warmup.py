@@ -16,11 +16,7 @@ from hpcrub.setup.problem import Problem
 
 
 def warm_up(
-    team: Team,
-    config: Config,
-    problem: Problem,
-    histories: bool = False,
-    progress: Progress | None = None,
+    team: Team, config: Config, problem: Problem, histories: bool, progress: Progress | None
 ) -> None:
     """Load all compiled code of a study on all ranks, so that later they can stop promptly.
 

@@ -37,7 +37,7 @@ for text in sys.argv[1:]:
     cfg = config.Config.from_yaml(text)
     problem = studies.run_of(cfg).prepare()
     study = studies.run_of(cfg).study
-    warmup.warm_up(Team(), cfg, study.problem_of(problem), study.histories)
+    warmup.warm_up(Team(), cfg, study.problem_of(problem), study.histories, None)
     warm = list(integrate.signatures)
     if cfg.study == "contact":
         modes = disks.modes_of(cfg, problem, disks.deviation(cfg, 0, 0))
