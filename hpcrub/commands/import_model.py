@@ -106,7 +106,9 @@ def _add_common(one):
 
 def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     """Return the model that the options name, checked. Raises InputError."""
-    _check_numbers(options)
+    for name, value in (("--speed-hz", options.speed_hz), ("--reduce", options.reduce or 0)):
+        if not 0 <= value < np.inf:
+            raise InputError(f"{name}: {value:g} is not 0 or more")
     arrays = _arrays(options)
     if options.axis != "z" and str(arrays.get("frame")) == "cylindrical":
         raise InputError(f"--axis {options.axis}: cylindrical directions are about z")
@@ -125,12 +127,6 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
         modes = ", ".join(f"{1e-9 * value:.4g}" for value in size)
         say(f"largest stress of the modes of the first families [MPa per mm of the tip]: {modes}")
     return model
-
-
-def _check_numbers(options):
-    for name, value in (("--speed-hz", options.speed_hz), ("--reduce", options.reduce or 0)):
-        if not 0 <= value < np.inf:
-            raise InputError(f"{name}: {value:g} is not 0 or more")
 
 
 def _arrays(options):

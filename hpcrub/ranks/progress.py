@@ -116,7 +116,6 @@ class Progress:
             self.say(f"samples: {self.done} of {self.total}, {text}")
 
     def _is_due(self, is_last):
-        """Whether it is time for a line."""
         now = time.monotonic()
         if not is_last and now - self.shown <= max(INTERVAL, SHARE * (now - self.began)):
             return False

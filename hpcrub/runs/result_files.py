@@ -72,10 +72,7 @@ def open_checked(
 
 
 def check(file: ResultFile, run: Run) -> None:
-    """Check that an open file itself holds all datasets that a run writes.
-
-    Raises InputError when it does not.
-    """
+    """Raise InputError unless an open file itself holds all datasets that a run writes."""
     file.require_own(line.name for line in run.datasets())
     length = run.known_sizes()
     for line in run.datasets():
