@@ -36,13 +36,13 @@ class SweepResult(NamedTuple):
     """Frequency response of one sample over S speeds."""
 
     amplitude: np.ndarray  # (S,) largest observed displacement [m]; NaN where diverged
-    time: np.ndarray  # (S,) simulated [s]
-    localisation: np.ndarray  # (S,) [-]
     error: np.ndarray  # (S,) standard error of the amplitude [m]; NaN: unknown
     scatter: np.ndarray  # (S,) standard deviation of the windows' amplitudes [m]; NaN: unknown
     half_peak_to_peak: np.ndarray  # (S,) largest of any observed displacement, last window [m]
     # (S,) largest |stress| of the last window, on a coating at any time [Pa]; NaN: not observed
     stress: np.ndarray
+    time: np.ndarray  # (S,) simulated [s]
+    localisation: np.ndarray  # (S,) [-]
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
@@ -54,7 +54,7 @@ class SweepResult(NamedTuple):
     def empty(cls, n: int, n_strips: int = 0) -> "SweepResult":
         """Result of n speeds that are not integrated yet; n_strips: of a coating."""
         numbers, codes = np.full((7, n), np.nan), np.zeros((3, n), dtype=np.uint8)
-        numbers[1] = 0.0
+        numbers[5] = 0.0  # time
         motions = CasingMotion.empty(n), Wear.empty(n, n_strips)
         values: tuple[Any, ...] = *numbers, *codes, *motions
         return cls(*values)
@@ -123,7 +123,7 @@ def _leave_at_rest(out, still, scene):
     """Write the response at speeds (indices) at which nothing touches (out is modified)."""
     known = 0.0 if scene.steady.rule == "ensemble" else np.nan
     no_stress = 0.0 if scene.observes_stress else np.nan
-    at_rest = 0.0, 0.0, 0.0, known, known, 0.0, no_stress, STEADY
+    at_rest = 0.0, known, known, 0.0, no_stress, 0.0, 0.0, STEADY
     for values, rest in zip(out[:8], at_rest, strict=True):
         values[still] = rest
     out.casing.largest[still] = 0.0

@@ -17,6 +17,7 @@ from hpcrub.runs.study import Poll
 from hpcrub.setup.disks import apart, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import layout
 from hpcrub.studies.shared import casing_motion, worn
 
 DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
@@ -109,22 +110,8 @@ def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
 
 def point_values(result: SweepResult) -> dict[str, Any]:
     """Arrays of a frequency response by their names in the result file."""
-    return (
-        {
-            "amplitude_m": result.amplitude,
-            "amplitude_error_m": result.error,
-            "amplitude_scatter_m": result.scatter,
-            "half_peak_to_peak_m": result.half_peak_to_peak,
-            "stress_pa": result.stress,
-            "time_s": result.time,
-            "localisation": result.localisation,
-            "point_status": result.point_status,
-            "point_reason": result.point_reason,
-            "max_sweeps": result.max_sweeps,
-        }
-        | casing_motion.values(result.casing)
-        | worn.values(result.wear)
-    )
+    of_points = dict(zip(layout.POINT, result, strict=False))
+    return of_points | casing_motion.values(result.casing) | worn.values(result.wear)
 
 
 class Integrated(NamedTuple):

@@ -39,8 +39,8 @@ _RUNS = "amplitudes of the tuned disk and of its perturbed runs"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
 _DEEPEST = "the tuned disk and its perturbed runs"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
-# numbers of every point of a frequency response: {name: (units, description, type)}
-_POINT = {
+# numbers of every point: {name: (units, description, type)}, in the order of `SweepResult`
+POINT = {
     "amplitude_m": ("m",
         "largest tangential displacement of any tip over the last revolutions; rule ensemble: its "
         "mean over several windows"),
@@ -67,7 +67,7 @@ _HALF_STEP = {
 
 def _points(group, dimensions):
     """Datasets of every point of a frequency response; group: name of the group in the file."""
-    return in_group(group, dimensions, _POINT | casing_motion.NUMBERS | worn.NUMBERS)
+    return in_group(group, dimensions, POINT | casing_motion.NUMBERS | worn.NUMBERS)
 
 
 # The last dataset of a group marks it as complete: `linear_amplitude_m`, and `status` of samples.
