@@ -61,18 +61,16 @@ def linear_peak(
 ) -> tuple[float, float]:
     """Largest observed displacement over the speeds of the first family of modes.
 
-    - modes, damping_ratio, amplitude, engine_order, interface: as in `engine_order_response`.
+    - modes, damping_ratio, amplitude, engine_order, interface: as in `engine_order_response`; there
+      is no peak without damping, and none of engine order zero.
     - n_family: modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over
       n_d, with each omega at the speed where the load meets the mode. Where the load meets none,
       because the stiffness grows faster with the speed, frequencies are those at `Modes.speed`.
 
     Returns amplitude [m], to a relative 1e-6, infinite where a mode flutters in air; speed_hz, its
     speed [Hz].
-    Raises ValueError: without damping, or with engine order zero; there is no peak then.
     Source: Joachim, Nyssen, Batailly (2020), section 2.3.2.
     """
-    if not (np.all(ratios(damping_ratio, modes.omega) > 0) and engine_order != 0):
-        raise ValueError("a linear peak needs damping_ratio > 0 and an engine_order that is not 0")
     if modes.waves and not (modes.waves.damping_ratio > 0.0).all():
         return np.inf, np.nan
     load = _modal_load(modes, amplitude, engine_order, interface)

@@ -162,13 +162,6 @@ def test_peak_at_the_edge_of_the_range():
     assert speed_hz == pytest.approx(first / (2 * np.pi))
 
 
-@pytest.mark.parametrize(("damping_ratio", "n_diameters"), [(0.0, 4), (0.005, 0)])
-def test_no_peak_without_damping_or_diameters(damping_ratio, n_diameters):
-    modes = mistuned_modes(reference_reduced(60), np.zeros(12))
-    with pytest.raises(ValueError, match="damping_ratio > 0 and an engine_order that is not"):
-        peak(modes, n_diameters, damping_ratio)
-
-
 def stiffened(seed, at_speed, fourth=0.0):
     """Modes of a disk of 3 blades whose K0 + W²K1 + W⁴K2 keeps its shapes, and these matrices."""
     rng = np.random.default_rng(seed)
