@@ -48,13 +48,7 @@ class Verdict(NamedTuple):
 class Watch:
     """A rule that ends the integration of one speed; `wear.Wearing` follows the coating, too."""
 
-    always = False  # whether the rule needs every block from the start on, and worn depths
-
-    def see(self, amplitude: float, time: float) -> None:
-        """Note the largest displacement of the next block [m], which ends at a time [s]."""
-
-    def keep(self, revolutions: int, worn: np.ndarray) -> None:
-        """Keep the worn depth of every bar (Z, S) [m], with the revolutions since the start."""
+    always = False  # whether it needs every block from the start on, and worn depths (`keep`)
 
     def write(self, index: int, wear: Any) -> None:
         """Write the state of the coating to row ``index`` of ``wear`` (modified)."""

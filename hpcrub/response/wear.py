@@ -53,12 +53,12 @@ class Wearing(Watch):
         self.depths: list[tuple[int, np.ndarray]] = []  # revolutions, worn depths (Z, S) [m]
 
     def see(self, amplitude: float, time: float) -> None:
-        """Note the largest displacement of a block; see `Watch.see`."""
+        """Note the largest displacement of the next block [m], which ends at a time [s]."""
         if amplitude > self.largest:
             self.largest, self.time = amplitude, time
 
     def keep(self, revolutions: int, worn: np.ndarray) -> None:
-        """Keep the worn depths of the last REVOLUTIONS; see `Watch.keep`."""
+        """Keep the worn depths (Z, S) [m] of the last REVOLUTIONS; revolutions: since the start."""
         self.depths.append((revolutions, worn))
         while len(self.depths) > 1 and self.depths[1][0] + REVOLUTIONS <= revolutions:
             self.depths.pop(0)

@@ -179,16 +179,13 @@ def plan(
     line = line._replace(astray=astray)
     chance = line.chance(look)
     rules = [Rule()] + [line._replace(factor=f, least=p) for p in LEAST for f in FACTORS]
-    share, squares = np.array([_expected(rule.inclusion(look), chance) for rule in rules]).T
+    inclusions = [rule.inclusion(look) for rule in rules]
+    share = np.array([each.mean() for each in inclusions])
+    squares = np.array([(chance / each).mean() for each in inclusions])  # over all disks
     n = n_needed(goal, float(chance.mean()), squares, 1.0 / share)
     cost = n * (costs[1] * share + costs[0] * (np.arange(len(rules)) > 0))
     best = int(cost.argmin())
     return Plan(rules[best], float(n[best]), float(cost[best]), float(cost[best] / cost[0]))
-
-
-def _expected(inclusion, chance):
-    """Mean inclusion probability, and mean over all disks of the squared weights of events."""
-    return inclusion.mean(), (chance / inclusion).mean()
 
 
 def _astray(chance, above, weight):

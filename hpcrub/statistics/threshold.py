@@ -34,14 +34,10 @@ class Search(NamedTuple):
         low, high = np.array(ends).T
         return np.where(high < self.target, BELOW, np.where(low > self.target, ABOVE, UNKNOWN))
 
-    def is_final(self) -> np.ndarray:
-        """Whether each value needs no more disks (V,)."""
-        return (self.sides() != UNKNOWN) | (self.n_done >= self.most)
-
     def next_look(self) -> tuple[int, int] | None:
         """Index of the next value to test, and its number of disks then; None at the end."""
-        n, last = len(self.n_done), len(self.n_done) - 1
-        final, sides = self.is_final(), self.sides()
+        n, last, sides = len(self.n_done), len(self.n_done) - 1, self.sides()
+        final = (sides != UNKNOWN) | (self.n_done >= self.most)
         for value in sorted({round(k * last / (COARSE - 1)) for k in range(COARSE)}):
             if not final[value]:
                 return self._more(value)

@@ -65,4 +65,4 @@ def test_a_probability_that_rises_and_falls_again_is_not_monotone():
 def test_ends_that_stay_undecided_have_no_crossing():
     found = searched(np.full(33, 0.1), 0.1, 100, 1)
     assert found.crossing() is None
-    assert found.is_final()[[0, -1]].all()
+    assert (found.n_done[[0, -1]] == 100).all()

@@ -39,11 +39,8 @@ def layout(config: Config, *parts: tuple[Dataset, ...]) -> tuple[Dataset, ...]:
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Lengths of the dimensions of these datasets; none without air."""
-    if not config.aero.exists:
-        return {}
-    shown = {} if config.study == "modal" else {"disk": min(MOST_SHOWN, config.mistuning.samples)}
-    return {"wave": config.disk.n_blades} | shown
+    """Lengths of the dimensions of these datasets."""
+    return {"wave": config.disk.n_blades, "disk": min(MOST_SHOWN, config.mistuning.samples)}
 
 
 def values_of_tuned(config: Config, reduced: ReducedModel) -> Iterator[Values]:
