@@ -5,6 +5,7 @@ from hypothesis import settings
 
 import hpcrub.commands.run  # noqa: F401, before NumPy: its BLAS gets one thread, as in the program
 from hpcrub.config import schema as config
+from hpcrub.setup.problem import build_problem
 from tests.program import TINY, lay_out
 
 # the same examples in every run; how long one takes is no result
@@ -31,6 +32,18 @@ def tiny(tmp_path):
 def tiny_config():
     """Configuration of the tiny study."""
     return config.Config.from_yaml(TINY)
+
+
+@pytest.fixture(scope="session")
+def problem():
+    """Problem of the tiny study, for who changes nothing of it."""
+    return build_problem(config.Config.from_yaml(TINY))
+
+
+@pytest.fixture(scope="session")
+def reduced(problem):
+    """Reduced model of the tiny study."""
+    return problem.reduced
 
 
 @pytest.fixture

@@ -13,7 +13,6 @@ import pytest
 
 from evidence.truth import energy, ring
 from evidence.truth.motion import Structure, make_bank, wall
-from hpcrub.config.schema import Config
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
@@ -21,17 +20,11 @@ from hpcrub.model.casing_modes import CasingModes, Ring, ring_modes
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid, cut_revolution
-from hpcrub.setup.problem import build_problem
 from tests.contact.test_coating import KINDS, MILD, rubbing
-from tests.program import TINY, whole
+from tests.program import whole
 
 STEEL = Ring(radius=0.5025, thickness=0.02, width=0.1, young=2.1e11, density=7800.0)
 SPEED = 34.0
-
-
-@pytest.fixture(scope="module")
-def problem():
-    return build_problem(Config.from_yaml(TINY))
 
 
 def disk_in(problem, casing, deviation=0.04):

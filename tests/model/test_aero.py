@@ -144,8 +144,3 @@ def test_influence_coefficients_are_the_transform_of_the_waves():
         damping, 0.006 - 0.001 * np.cos(phase) - 0.001 * np.sin(phase), atol=1e-15
     )
     np.testing.assert_allclose(shift, 0.007 * np.cos(phase) + 0.003 * np.sin(phase), atol=1e-15)
-
-
-def test_a_family_that_the_model_does_not_have_is_refused():
-    with pytest.raises(ValueError, match="no family 3 of 1 nodal diameters"):
-        aero.family_columns(np.array([0, 0, 0, 1, 1, 1, 1, 2, 2, 2]), 2, 4)

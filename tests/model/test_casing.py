@@ -8,15 +8,6 @@ import pytest
 from hpcrub.model.casing import CasingShape, Profile, bump_height, outline, ramp, smoothed
 
 
-@pytest.mark.parametrize("n_bumps", [1, 3, 4, 7])
-def test_bumps_repeat_and_peak(n_bumps):
-    pitch = 2 * np.pi / n_bumps
-    phi = np.linspace(-3.0, 3.0, 101)
-    assert np.allclose(bump_height(phi + pitch, n_bumps, 2e-3), bump_height(phi, n_bumps, 2e-3))
-    assert bump_height(0.0, n_bumps, 2e-3) == 2e-3
-    assert bump_height(0.1 * pitch, n_bumps, 2e-3) == pytest.approx(2e-3 / math.e)
-
-
 def test_harmonics_are_cosines_beside_the_bumps():
     angle, turns = np.array([0.0, 0.3, 2.0]), 2 * np.pi * (np.arange(600) + 1) / 1200
     profile = Profile(harmonics=((2, 4e-4, 0.7), (5, 1e-4, -1.0)))

@@ -3,17 +3,9 @@
 import numpy as np
 import pytest
 
-from hpcrub.config.schema import Config
 from hpcrub.model.casing_modes import CasingModes
 from hpcrub.model.crossings import family_frequency, interactions
 from hpcrub.model.imported.cyclic import tuned_diameters as diameters_of
-from hpcrub.setup.problem import build_problem
-from tests.program import TINY
-
-
-@pytest.fixture(scope="module")
-def reduced():
-    return build_problem(Config.from_yaml(TINY)).reduced
 
 
 def casing_of(n, hz):

@@ -51,11 +51,6 @@ def test_a_motion_to_draw_is_in_x_and_y():
         np.testing.assert_allclose(found, expected * free, atol=1e-12)
 
 
-def blade_masses(disk):
-    lengths = np.linalg.norm(np.diff(disk.points.position[disk.points.blades], axis=1), axis=2)
-    return lengths, 7800 * 0.1 * 13.309e-3 * lengths
-
-
 def test_frequencies_are_the_reference_values_to_the_last_digit():
     f = frequencies_hz(earlier_disk())
     assert len(f) == 240
@@ -145,11 +140,12 @@ def test_mass_of_the_unclamped_disk():
     disk = make_disk(spoke_thickness=1e-30)
     motions = rigid_motions(disk, 5)
     inertia = motions @ disk.mass @ motions.T
-    lengths, masses = blade_masses(disk)
+    ends = disk.points.position[disk.points.blades]
+    lengths = np.linalg.norm(np.diff(ends, axis=1), axis=2)
+    masses = 7800 * 0.1 * 13.309e-3 * lengths
     ring = 7800 * 0.1 * 14.25e-3 * 2 * np.pi * 0.2
     total = masses.sum() + ring  # of the ring, cubic functions weigh 1e-4 too little
     np.testing.assert_allclose(inertia[:2, :2], np.eye(2) * total, atol=1e-4 * total)
-    ends = disk.points.position[disk.points.blades]
     middle = np.linalg.norm((ends[:, 1:] + ends[:, :-1]) / 2, axis=2)
     polar = np.sum(masses * (middle**2 + lengths**2 / 12)) + ring * 0.2**2
     assert inertia[2, 2] == pytest.approx(polar)

@@ -13,7 +13,7 @@ from scipy.stats import uniform as uniform_law
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
-from hpcrub.model.mistuning import Law, stiffness_deviation, uniform
+from hpcrub.model.mistuning import Law, stiffness_deviation
 from hpcrub.setup.disks import deviation, sigma_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies.contact.amplification import modes_of_tuned
@@ -37,12 +37,6 @@ def test_draws_do_not_depend_on_order_or_company():
     fewer_blades = stiffness_deviation(7, 2, 31, 5, 0.04)
     np.testing.assert_array_equal(forward[31, :5], fewer_blades)
     np.testing.assert_array_equal(forward / 4, draws(7, 2, range(50), half_range=0.01))
-
-
-def test_streams_share_no_draw():
-    places = [(stream, v, n) for stream in range(3) for v in range(4) for n in range(10)]
-    values = [uniform(2020, *place, 96) for place in places]
-    assert len(np.unique(values)) == len(places) * 96
 
 
 def philox(counter, key):

@@ -146,15 +146,6 @@ def test_in_contact_the_steps_tend_to_those_of_one_system_of_first_order(reduced
     assert 2.5 < off[1] / off[2] < 8
 
 
-def test_recorded_displacements_in_air_are_those_after_the_contact_forces(reduced, scene):
-    modes = disk(reduced)
-    names = "observed", "position", "normal_force"
-    seen, q, force = whole(modes, scene, [SPEED], 0.5 / SPEED, *names)
-    assert force.any()
-    after = np.einsum("ok,rks->ros", modes.observed, q)
-    np.testing.assert_allclose(seen, after, rtol=0, atol=1e-13 * np.abs(after).max())
-
-
 def over_a_step(A, Q, h):
     """∫ e^{Aᵀt} Q e^{At} dt from 0 to h (Van Loan, IEEE Trans. Autom. Control 23, 1978)."""
     n = len(A)

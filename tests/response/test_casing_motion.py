@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from hpcrub.config.schema import Config
 from hpcrub.contact.status import DIVERGED, RUNAWAY
 from hpcrub.model.casing_modes import Ring, ring_modes
 from hpcrub.model.mistuning import stiffness_deviation
@@ -11,17 +10,11 @@ from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import casing_motion
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.sweep import run_sweep
-from hpcrub.setup.problem import build_problem
-from tests.program import TINY, whole
+from tests.program import whole
 
 STEEL = Ring(radius=0.5025, thickness=0.02, width=0.1, young=2.1e11, density=7800.0)
 THIN = STEEL._replace(thickness=0.005, young=7e10, density=2700.0)  # all waves are overtaken
 SPEEDS = np.array([33.5, 34.0, 34.5])
-
-
-@pytest.fixture(scope="module")
-def problem():
-    return build_problem(Config.from_yaml(TINY))
 
 
 def modes_in(problem, ring, most=5):

@@ -3,19 +3,11 @@
 import numpy as np
 import pytest
 
-from hpcrub.config.schema import Config
 from hpcrub.model.casing_modes import CasingModes, Ring, ring_modes
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.casing_stability import eigenvalues, growth, turned_matrices
-from hpcrub.setup.problem import build_problem
-from tests.program import TINY
 
 THIN = Ring(0.5025, 0.005, 0.1, 2.1e11, 7800.0, 2e6, 5e5)  # of steel, on a bed
-
-
-@pytest.fixture(scope="module")
-def reduced():
-    return build_problem(Config.from_yaml(TINY)).reduced
 
 
 def disk_in(reduced, ring, waves):
@@ -69,13 +61,13 @@ def blades_of_two_modes(n, omega, speed_of_casing):
     return modes._replace(pairs=casing.seen_from(angle))
 
 
-@pytest.mark.parametrize("damping", [0.0, 1e-3])
-def test_springs_at_all_tips_grow_at_the_sum_and_not_at_the_difference(damping):
+@pytest.mark.parametrize(("damping", "k"), [(0.0, 50.0), (1e-3, 50.0), (1e-3, 400.0)])
+def test_springs_at_all_tips_grow_at_the_sum_and_not_at_the_difference(damping, k):
     """At the sum two waves with the decay rates a and b grow by √((a − b)²/4 + g²) − (a + b)/2.
 
     g = κ/(2√(ω_b ω_c)) of a mass-normalised coupling κ: nothing grows where g² < ab.
     """
-    n, blades, casing, k = 3, 600.0, 900.0, 50.0
+    n, blades, casing = 3, 600.0, 900.0
     modes = blades_of_two_modes(n, blades, casing)
     modes = modes._replace(pairs=modes.pairs._replace(damping_ratio=np.full(1, damping)))
     rows = modes.joined.normal
@@ -91,16 +83,3 @@ def test_springs_at_all_tips_grow_at_the_sum_and_not_at_the_difference(damping):
     assert max(rates) == pytest.approx(expected, rel=0.02)
     speeds = (stiff_casing - stiff_blades) / n + np.linspace(-0.5, 0.5, 51)
     assert max(spectrum(modes, damping, s, coupling).real.max() for s in speeds) < 1e-6
-
-
-@pytest.mark.parametrize(("k", "grows"), [(100.0, False), (400.0, True)])
-def test_damping_of_both_bounds_the_growth_at_the_sum(k, grows):
-    """κ²/(4 ω_b ω_c) beside ζ_b ω_b ζ_c ω_c: 0.17 and 2.6 beside 0.54."""
-    n, blades, casing, damping = 3, 600.0, 900.0, 1e-3
-    modes = blades_of_two_modes(n, blades, casing)
-    modes = modes._replace(pairs=modes.pairs._replace(damping_ratio=np.full(1, damping)))
-    rows, own = modes.joined.normal, 6.0 * k
-    meet = (np.sqrt(blades**2 + own) + np.sqrt(casing**2 + own)) / n
-    speeds = meet + np.linspace(-0.5, 0.5, 201)
-    rates = [spectrum(modes, damping, s, k * rows.T @ rows).real.max() for s in speeds]
-    assert (max(rates) > 0.0) == grows

@@ -361,7 +361,6 @@ def laptop(monkeypatch):
 @pytest.mark.parametrize(
     "text",
     [
-        "mistuning: {samples: 1000000000000}",
         "disk: {n_blades: 200, blade: {n_elements: 50}}",
         "speeds: {from_hz: 1e-6, to_hz: 1e-6}",
         "study: threshold\nthreshold: {tolerance: 1e-3}\nmistuning: {samples: 1000000}",

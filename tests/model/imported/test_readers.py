@@ -14,7 +14,6 @@ from evidence.truth.hexahedra import (
     matrix_of,
     sector,
     sector_arrays,
-    stored,
     stresses,
 )
 from hpcrub.__main__ import main as program
@@ -24,6 +23,7 @@ from hpcrub.model.imported.frames import to_cartesian, to_cylindrical
 from hpcrub.model.imported.readers import calculix, deck, matrix_market, rows
 from hpcrub.model.imported.readers.rows import Lists
 from hpcrub.results import model_file
+from tests.model.test_reduction import seen_from
 
 LISTS = Lists("TIP", "LOW", "HIGH", SMALL.n_sectors, "BORE")
 
@@ -155,22 +155,14 @@ def test_rows_of_stress_of_printed_modes(job, tmp_path, capsys):
         assert (tangent**2).sum() == pytest.approx(1.5, rel=1e-3)
     P, K, M = cyclic.wave_matrices(to_cylindrical(model), 2, 0.0)
     shape = P @ eigh(K.toarray(), M.toarray(), subset_by_index=[0, 0])[1][:, 0]
+    tips = shape.reshape(-1, 3)[model.contact_node]
     shape = to_cartesian(model.nodes, shape.reshape(-1, 3))
-    tips = to_cylindrical_parts(model, shape)[model.contact_node]
     instants = np.exp(1j * np.linspace(0, np.pi, 200))[:, None, None] * shape / np.abs(tips).max()
     xx, yy, zz, xy, xz, yz = np.moveaxis(stresses(model.nodes, blade, instants.real), -1, 0)
     mises = np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2
                     + 3 * (xy**2 + xz**2 + yz**2))  # fmt: skip
     said = float(capsys.readouterr().out.split("MPa per mm of the tip]:")[1].split(",")[0])
     assert said == pytest.approx(1e-9 * mises.max(), rel=6e-3)
-
-
-def to_cylindrical_parts(model, moved):
-    """Radial, tangential and axial displacements (n, 3) of Cartesian ones."""
-    angle = np.arctan2(*model.nodes[:, 1::-1].T)
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * moved[:, 0] + s * moved[:, 1], c * moved[:, 1] - s * moved[:, 0],
-                     moved[:, 2]], axis=1)  # fmt: skip
 
 
 def test_rows_of_stress_turn_with_their_blades(job, tmp_path):
@@ -351,19 +343,10 @@ def command(*arguments):
     return program(["import", *map(str, arguments)])
 
 
-def mirrored(arrays):
-    """The mirror image of a sector: y is -y, of places and of directions."""
-    sign = np.where(arrays["dof"][:, 1] == 2, -1.0, 1.0)
-    turned = dict(arrays, nodes=arrays["nodes"] * [1.0, -1.0, 1.0])
-    turn = sp.diags_array(sign)
-    for name in ("K", "M", "K_blade"):
-        turned |= stored(**{name: turn @ matrix_of(arrays, name) @ turn})
-    return turned
-
-
 def test_the_other_sense_of_rotation_is_that_of_the_mirror_image():
     """Friction lifts the tips of one as it lowers those of the other; turns: -1 gives it back."""
-    exact, arrays = neutral.from_arrays(sector_arrays(lean=0.6)), mirrored(sector_arrays(lean=0.6))
+    exact = neutral.from_arrays(sector_arrays(lean=0.6))
+    arrays = seen_from(sector_arrays(lean=0.6), np.diag([1.0, -1.0, 1.0]))
     image = neutral.from_arrays(arrays)
     back = neutral.from_arrays(arrays | {"turns": np.array(-1)})
     lift = cyclic.friction_lift(exact)
