@@ -54,16 +54,10 @@ def test_any_name_of_a_file_is_taken_and_returned_as_it_is(folder, monkeypatch):
 
 
 @pytest.mark.parametrize("make", [hpcrub.run, lambda keys: hpcrub.Config().replace(keys)])
-@pytest.mark.parametrize(
-    ("keys_of_input", "message"),
-    [
-        ({"study": "modl"}, "study: 'modl' is not one of branches, .*did you mean modal"),
-        ({"casing": {"n_bump": 3}}, "casing.n_bump: unknown key; did you mean casing.n_bumps"),
-    ],
-)
-def test_wrong_input_is_an_exception_before_any_work(make, keys_of_input, message):
+def test_wrong_input_is_an_exception_before_any_work(make):
+    message = "study: 'modl' is not one of branches, .*did you mean modal"
     with pytest.raises(InputError, match=message):
-        make(keys_of_input)
+        make({"study": "modl"})
 
 
 def test_a_configuration_is_replaced_and_never_changed():
@@ -77,13 +71,6 @@ def test_a_configuration_is_replaced_and_never_changed():
         config.study = "modal"
     with pytest.raises(InputError, match="5 does not replace keys"):
         config.replace(5)
-
-
-def test_a_study_that_fails_is_an_exception(tmp_path):
-    config = hpcrub.Config(study="modal", output=str(tmp_path / "none" / "x.h5"))
-    (tmp_path / "none").write_text("no folder")
-    with pytest.raises(HpcrubError):
-        hpcrub.run(config, quiet=True)
 
 
 def test_an_mpirun_that_starts_nothing_says_why(tmp_path, monkeypatch):

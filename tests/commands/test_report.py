@@ -79,8 +79,8 @@ def test_another_study_has_its_own_answer(folder, capsys):
 
 def test_what_is_not_complete_is_not_called_usable_and_what_has_failed_is_over(tmp_path):
     """A page to sign said "Usable." of a study without a result, and a warning twice."""
-    text = "study: linear\nmistuning: {samples: 20}\nlimits: {probability_below: 0.1}"
-    run = run_of(Config.from_yaml(text))
+    text = "study: linear\nmistuning: {samples: 20}\nlimits: {probability_below: 0.1}\n"
+    run = run_of(Config.from_yaml(f"{text}output: {tmp_path / 'new.h5'}"))
     warning = execution.examine(run, execution.Existing())[1][0]
     result_files.lay_out(tmp_path / "none.h5", run, {"warnings": f"not resolved: {warning}"})
     with pytest.raises(InputError, match="holds no result yet"):
@@ -109,7 +109,3 @@ def test_a_report_replaces_nothing_but_a_report(folder, capsys):
     assert "is no report, and is not replaced" in capsys.readouterr().err
     assert (folder / "c.h5").read_bytes() == before
     open_result(folder / "result.html").close()
-
-
-def test_what_is_no_result_file_is_refused(folder):
-    assert main(["report", str(folder / "contact.yaml")]) == 2

@@ -19,7 +19,6 @@ WRONG = [
     # unknown keys
     ("casing: {n_bump: 3}", "casing.n_bump: unknown key; did you mean casing.n_bumps?"),
     ("disk: {n_bumps: 3}", "disk.n_bumps: unknown key; did you mean casing.n_bumps?"),
-    ("disk: {blade: {lean: 1}}", "disk.blade.lean: unknown key; did you mean disk.blade.lean_deg?"),
     ("casing: {zzz: 3}", "casing.zzz: unknown key; known here: n_bumps, clearance_mm"),
     # types
     ("casing: {n_bumps: true}", "casing.n_bumps: true is not a whole number from 1 up to 1,000"),
@@ -47,7 +46,6 @@ WRONG = [
      "mistuning.half_range_percent[1]: 100 is out of range, allowed is a number from 0 and"),
     # choices
     ("study: wrong", "study: 'wrong' is not one of branches, checklist, contact"),
-    ("time: {scheme: euler}", "'euler' is not one of central_difference, exact_modal"),
     # keys that do not fit together
     ("disk: {hub_radius_mm: 500}", "disk.hub_radius_mm: 500.0 is not below disk.tip_radius_mm"),
     ("reduction: {n_modes: 217}", "reduction.n_modes: 217 is more than the 216 fixed-interface"),
@@ -90,14 +88,12 @@ WRONG = [
     ("material: {damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [10, 9]}",
      "damping_bands_hz: [10.0, 9.0] are not increasing"),
     ("material: {damping_ratios: [0.1], damping_bands_hz: [9]}", "goes with damping_of: bands"),
-    ("material: {damping_ratios: [0.1, 0]}", "damping_ratios[1]: 0 is out of range"),
     # distributions of the mistuning
     ("mistuning: {distribution: measured}", "measured needs mistuning.measured_percent"),
     ("mistuning: {measured_percent: [1, 2]}", "needs mistuning.distribution: measured"),
     ("mistuning: {distribution: measured, measured_percent: [0, 0]}", "all values are 0"),
     ("mistuning: {intentional_percent: [1, 2, 3, 4, 5]}", "5 values cannot be repeated around 12"),
     ("mistuning: {intentional_percent: [99, -99]}", "a blade deviates by 103 %"),
-    ("mistuning: {neighbour_correlation: 1}", "mistuning.neighbour_correlation: 1 is out of range"),
     (f"mistuning: {{distribution: normal, pattern: {TWELVE}}}", "explicit"),
     # parts of a study
     ("study: linear\npart: {samples: [0, 5]}", "part.samples: only a contact study"),
@@ -125,18 +121,13 @@ WRONG = [
     # a casing that vibrates
     ("casing: {ring: {thickness_mm: 5, waves: [1, 2]}}", "nothing holds the ring in n = 1; give"),
     ("casing: {ring: {thickness_mm: 5, waves: [3, 3]}}", "casing.ring.waves: 3 is given twice"),
-    ("casing: {ring: {thickness_mm: 0}}", "thickness_mm: 0 is out of range, allowed is a number"),
     ("casing: {ring: {width_mm: 50}}", "casing.ring.width_mm: needs casing.ring.thickness_mm"),
     ("casing: {ring: {thickness_mm: 5}, modes: [{waves: 2}]}", "cannot be combined with casing.r"),
     ("casing: {ring: {thickness_mm: 5}, growth_time_s: 0}", "bumps that overlap the tips"),
     ("casing: {modes: [{waves: 2, frequency_hz: -3}]}", "frequency_hz: -3 is out of range"),
-    ("casing: {modes: [{waves: 2, modal_mass_kg: 0}]}", "modal_mass_kg: 0 is out of range"),
     ("casing: {modes: [{waves: 3, frequency_hz: 50}, {waves: 3, frequency_hz: 51}]}",
      "n = 3 at 50 and 51 Hz; cos nθ and sin nθ are one pair of one frequency"),
     # laws and coatings
-    ("contact: {coating: {thickness_mm: 0}}",
-     "coating.thickness_mm: 0 is out of range, allowed is a number"),
-    ("contact: {coating: {hardening_mpa: -1}}", "below 0 the forces of a step would not be unique"),
     ("contact: {coating: {tip_area_mm2: 0}}", "allowed is a number above 0 and up to 100,"),
     ("contact: {law: abradable, coating: {yield_mpa: 1000}}",
      "yield_mpa: 1000 is not below contact.coating.young_gpa, 1: such a coating is pressed flat"),

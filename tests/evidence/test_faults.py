@@ -10,7 +10,7 @@ from tests.plot.stored import PHYSICS
 from tests.program import TINY, error_lines, lay_out
 
 READERS = [
-    "inspect cut.h5", "plot cut.h5 --out pictures", "study.yaml --resume --output cut.h5",
+    "inspect cut.h5", "report cut.h5", "plot cut.h5", "study.yaml --resume --output cut.h5",
     "energy.yaml --output of_source.h5", "merge merged.h5 cut.h5", "merge x.h5 cut.h5 --samples 3",
 ]  # fmt: skip
 

@@ -24,10 +24,9 @@ from hpcrub.studies.contact import measured
 from hpcrub.studies.contact.layout import AMPLIFICATION
 from tests.plot import drawn
 from tests.plot.drawn import assert_drawn, assert_intervals, assert_percentiles, done, edges, words
-from tests.plot.stored import PATTERN, PHYSICS, contact_file
+from tests.plot.stored import PATTERN, PHYSICS, N, contact_file
 from tests.program import TINY
 
-N = 40  # samples of every level
 NAMES = "amplification", "linear_amplification"
 
 

@@ -12,10 +12,8 @@ from hpcrub.plot.wear import GROOVE, INNER
 from hpcrub.results.layout import DONE
 from hpcrub.studies.shared.casing_motion import PERMANENT
 from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines, words
-from tests.plot.stored import File, contact_file, modal_file
+from tests.plot.stored import File, N, contact_file, modal_file
 from tests.program import TINY
-
-N = 40  # samples of every level
 
 
 def test_linear_percentiles(random):

@@ -69,8 +69,7 @@ def test_simulated_ranks_never_wait_for_each_other_for_ever(n_ranks):
     """More than a thousand ranks get several tasks at once: the tuned disk must come in first."""
     n_samples = 12_000 if n_ranks > 1000 else 400
     result = simulate.study(fake_costs(), MACHINE, n_ranks, n_samples)
-    mean = 1.0
-    assert result.useful == pytest.approx(mean * (n_samples + simulate.TUNED_RUNS), rel=0.05)
+    assert result.useful == pytest.approx(1.0 * (n_samples + simulate.TUNED_RUNS), rel=0.05)
     assert result.seconds >= result.useful / n_ranks
     assert result.efficiency(n_ranks) < 1.0
 
