@@ -81,20 +81,28 @@ def _share_left(run, existing):
 def _try(run, problem):
     """Compute a small part of a study; returns the time of all of it on one core [s]."""
     study, config = run
-    problem = problem or build_problem(config)
+    problem, inputs = problem or build_problem(config), study.tried(config)
     if study.integrates:
         warm_up(Team(), config, problem, study.histories, progress.Progress(config))
-        say(f"trial:                one disk, for about {cost.LONGEST:g} s at most")
-    tried = cost.trial(config, problem, study.loads(config), study.integrates, study.histories)
-    if tried.result:
-        say(
-            f"measured:             {tried.steps_per_second / 1e6:.3g} million steps per second "
-            f"and core, {tried.until_steady:.3g} s simulated per point"
-        )
-        counts = status.count(tried.result.point_reason)
-        for line in status.lines(counts, len(tried.result.point_reason)):
-            say(f"tried, one disk:      {line}")
-    return tried.seconds(study.cost(config), config)
+        disks = "one disk" if len(inputs) == 1 else f"one disk at {len(inputs)} values of the key"
+        say(f"trial:                {disks}, for about {len(inputs) * cost.LONGEST:g} s at most")
+    seconds = []
+    for here in inputs:
+        own = problem if here is config else build_problem(here)
+        tried = cost.trial(here, own, study.loads(here), study.integrates, study.histories)
+        if tried.result:
+            say(
+                f"measured:             {tried.steps_per_second / 1e6:.3g} million steps per "
+                f"second and core, {tried.until_steady:.3g} s simulated per point"
+            )
+            counts = status.count(tried.result.point_reason)
+            for line in status.lines(counts, len(tried.result.point_reason)):
+                say(f"tried, one disk:      {line}")
+        seconds.append(tried.seconds(study.cost(here), here))
+    each = [progress.duration(total / study.cost(config).disks) for total in sorted(seconds)]
+    if len(each) > 1:
+        say(f"one disk takes:       {each[0]} to {each[-1]}; the estimate takes the mean")
+    return float(np.mean(seconds))
 
 
 def _estimate(seconds, n_ranks):

@@ -201,6 +201,10 @@ class Study:
         """Amount of work in all tasks together."""
         return Cost()
 
+    def tried(self, config: Config) -> list[Config]:
+        """Inputs of which a dry run tries a disk each; a disk of the study costs their mean."""
+        return [config]
+
     def needs(self, config: Config) -> str:
         """How much the study will compute, in words, if that depends on its results; else ""."""
         return ""

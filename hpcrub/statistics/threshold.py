@@ -19,6 +19,11 @@ COARSE = 5  # values that are always tested: the probability may rise and fall a
 BELOW, UNKNOWN, ABOVE = -1, 0, 1
 
 
+def coarse(n: int) -> list[int]:
+    """Indices of those of n values that are always tested, spread evenly, both ends included."""
+    return sorted({round(k * (n - 1) / (COARSE - 1)) for k in range(COARSE)})
+
+
 class Search(NamedTuple):
     """State of a search over V values of a key, with its target."""
 
@@ -38,7 +43,7 @@ class Search(NamedTuple):
         """Index of the next value to test, and its number of disks then; None at the end."""
         n, last, sides = len(self.n_done), len(self.n_done) - 1, self.sides()
         final = (sides != UNKNOWN) | (self.n_done >= self.most)
-        for value in sorted({round(k * last / (COARSE - 1)) for k in range(COARSE)}):
+        for value in coarse(n):
             if not final[value]:
                 return self._more(value)
         for side in (sides[0], sides[last]) if n > 1 else ():

@@ -21,7 +21,7 @@ from hpcrub.runs.study import Job, Poll, Study, Values
 from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
-from hpcrub.statistics.threshold import UNKNOWN, Search
+from hpcrub.statistics.threshold import UNKNOWN, Search, coarse
 from hpcrub.studies.contact.amplification import peaks_of
 from hpcrub.studies.contact.limits import percent, severities
 
@@ -155,6 +155,11 @@ class Threshold(Study):
         disks = round(LOOKS * np.log2(n_values) * needed + CLOSE * most)
         disks = min(disks, n_values * most)
         return Cost(disks, disks=disks)
+
+    def tried(self, config: Config) -> list[Config]:
+        """Inputs at values over the whole range, whose disks may differ tenfold in their cost."""
+        values = config.threshold.values
+        return [at_value(config, float(value)) for value in values[coarse(len(values))]]
 
     def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
         """Compute the largest amplitude and stress of a disk; task: indices of value and disk."""

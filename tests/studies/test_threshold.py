@@ -6,6 +6,8 @@ import h5py
 import numpy as np
 import pytest
 
+from hpcrub.ranks.progress import duration
+from hpcrub.runs import cost
 from hpcrub.runs.verdict import USELESS
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.studies import open_result
@@ -101,3 +103,19 @@ def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
 def test_what_cannot_be_searched_for_is_refused(folder, override, capsys):
     text = STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]")
     assert REFUSED[override] in refused_study(folder, text, override, capsys)
+
+
+def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, capfd):
+    """It tried one at the input's own clearance, beside the range, and told a quarter of the time.
+
+    A disk that takes as many seconds as its clearance has millimetres takes 0.8 s on average.
+    """
+    own = lambda config, *_: cost.Trial(config.casing.clearance_mm)  # noqa: E731
+    monkeypatch.setattr(cost, "trial", own)
+    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]"))
+    config = load(folder / "study.yaml")
+    options = "--dry-run", "--set", "casing.clearance_mm=0.1"
+    assert run_here("study.yaml", *options, folder=folder) == 0
+    said = capfd.readouterr().out
+    assert f"run time:   {duration(0.8 * THRESHOLD.cost(config).disks)} on 1 rank" in said
+    assert "one disk takes:       0.2 s to 1.4 s" in said
