@@ -84,18 +84,27 @@ class Progress:
         print_line(console(), text)
 
     def part(
-        self, what: str, n_done: int, n_total: int, n_now: int = 0, at_most: bool = False
+        self, what: str, n_done: int, n_total: int, n_now: int = 0, expected: int | None = None
     ) -> None:
         """Print that n_done of n_total parts are done; what: their name, such as tasks.
 
-        n_now: number of those since `began`, which tell the time left; at_most: it may end before.
+        - n_now: number of those since `began`, which tell the time left.
+        - expected: about as many are needed, of n_total at most; 0: not known; None: all.
         """
-        if self._is_due(n_done == n_total):
-            most, left = "at most " * at_most, ""
-            if n_now:
-                seconds = (n_total - n_done) * (time.monotonic() - self.began) / n_now
-                left = f", {most}{duration(seconds)} left"
-            self.say(f"{what}: {n_done} of {most}{n_total}{left}")
+        if not self._is_due(n_done == n_total):
+            return
+        goal, about, of = n_total, "", f"{n_total}"
+        if expected is not None:
+            goal, about, of = min(expected, n_total), "about ", f"at most {n_total}"
+            if n_done < goal:
+                of = f"about {goal} ({of})"
+            elif goal:
+                of += f", more than the {goal} expected"
+        left = ""
+        if n_now and n_done < goal:
+            seconds = (goal - n_done) * (time.monotonic() - self.began) / n_now
+            left = f", {about}{duration(seconds)} left"
+        self.say(f"{what}: {n_done} of {of}{left}")
 
     def start(self, status: np.ndarray) -> None:
         """Begin the samples; status (V, n): that of each sample in the file."""
@@ -113,7 +122,9 @@ class Progress:
             self.say(f"{where} failed: {outcome.message}")
         if self._is_due(self.done == self.total):
             text = self._text(amplification)
-            self.say(f"samples: {self.done} of {self.total}, {text}")
+            stops = self.config.convergence.stop_when_converged
+            most, about = ("at most ", "at most about ") if stops else ("", "")
+            self.say(f"samples: {self.done} of {most}{self.total}, {about}{text}")
 
     def _is_due(self, is_last):
         now = time.monotonic()

@@ -60,6 +60,9 @@ class Job:
         self.team, self.prepared, self.file = team, prepared, file
         self.progress, self.phase = progress, phase
         self.work = Work()  # done so far, on rank 0
+        self.n_before = 0  # tasks of it that do not tell the time left
+        # parts that are probably needed; 0: not known; None: all
+        self.expected: int | None = None
         self.status = np.zeros(0, dtype=np.uint8)  # of every part of the job, on rank 0
         self.round: Any = None  # result of `_next`
 
@@ -82,8 +85,12 @@ class Job:
         self.phase("loading the kernel")
         problem = self.study.problem_of(self.prepared)
         warm_up(self.team, self.config, problem, self.study.histories, self.progress)
+        self.begin()
+
+    def begin(self) -> None:
+        """Tell the time left by the tasks from now on, because those before took another time."""
         if self.progress:
-            self.progress.began = time.monotonic()  # of the tasks, whose time left is told
+            self.progress.began, self.n_before = time.monotonic(), self.work.n_done
 
     def n_done(self) -> tuple[int, int]:
         """Number of finished parts of the job, and of all parts (rank 0)."""
@@ -123,8 +130,8 @@ class Job:
     def _collect(self, task, seconds):
         self.status[task] = DONE
         self.work += Work(1, 0, seconds)
-        ends_early = not self.study.of_tasks  # a search needs no more than its answer
-        self.progress.part(self.study.unit, *self.n_done(), self.work.n_done, ends_early)
+        n_now = self.work.n_done - self.n_before
+        self.progress.part(self.study.unit, *self.n_done(), n_now, self.expected)
 
 
 class Study:

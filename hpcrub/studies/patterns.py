@@ -209,7 +209,8 @@ class Halving(Job):
 
     def _collect(self, task, seconds):
         self.work += Work(1, 0, seconds)
-        self.progress.part("tasks", *self.n_done(), self.work.n_done)
+        n_now = self.work.n_done - self.n_before
+        self.progress.part("tasks planned so far", *self.n_done(), n_now)
 
 
 class PatternStudy(Study):

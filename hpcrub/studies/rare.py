@@ -71,14 +71,21 @@ class Sampling(Job):
 
         A step depends on the disks before it alone, whatever else the file holds.
         """
-        goal, before = goal_of(self.config), 0
+        goal, before, needed = goal_of(self.config), 0, 0.0
         above, inclusion = beyond(self.file), self.file.read("inclusion")
         estimated = np.isfinite(self.file.read("probability"))
         for place, n in enumerate(map(int, numbers(self.config))):
             if (self.status[:n] == PENDING).any():
                 looked_at = np.flatnonzero(self.file.read("look_speeds")) if before else ()
-                speeds = tuple(map(int, looked_at))
-                rule = _plan(self.file, before, speeds, goal).rule if speeds else Rule()
+                speeds, rule = tuple(map(int, looked_at)), Rule()
+                if speeds:
+                    rule, needed, *_ = _plan(self.file, before, speeds, goal)
+                elif before:
+                    chance = above[:before].mean()
+                    needed = n_needed(goal, chance, chance, 1.0)
+                self.expected = round(float(needed))
+                if place == 1:  # the pilot's disks took longer
+                    self.begin()
                 return Step(n, speeds, rule)
             counts = count(above[:n], inclusion[:n])
             if not estimated[place]:

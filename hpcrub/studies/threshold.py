@@ -52,6 +52,7 @@ class Seeking(Job):
     def _take_stock(self):
         self.status = self.file.read("status")
         self.n_disks = np.zeros(len(self.status), dtype=int)
+        self.expected = self.study.cost(self.config).disks
         return self._next()
 
     def _tasks(self):
@@ -71,6 +72,9 @@ class Seeking(Job):
             )  # fmt: skip
             look = search.next_look()
             if look and (self.status[look[0], : look[1]] == PENDING).any():
+                spread = coarse(len(self.status))  # over the whole range, unlike all later values
+                if self.round and self.round[0] in spread and look[0] not in spread:
+                    self.begin()
                 return look
             self._write(search)
             if look is None:

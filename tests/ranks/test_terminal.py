@@ -8,6 +8,7 @@ import pty
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import Work
 from hpcrub.response.band import NARROWEST
+from hpcrub.results.layout import DONE
 from hpcrub.runs.study import Job
 from tests.program import ENVIRONMENT, ROOT, TINY, command, error_lines, run, run_here
 
@@ -68,17 +70,41 @@ def test_an_output_without_our_characters_gets_others(monkeypatch):
     assert plain.buffer.getvalue().rstrip() == b"sigma of ?2 %: ?"
 
 
-@pytest.mark.parametrize(("study", "most"), [("threshold", "at most "), ("linear", "")])
-def test_the_time_left_is_told_and_that_a_search_may_end_before_all(study, most, capsys):
-    """25 of this run took 100 s, and 100 are left; of 13,200 disks a search took 1,276."""
-    run = studies.run_of(Config(study=study))
+LEFT = {
+    None: "150, 6.67 min left",
+    100: "about 100 (at most 150), about 3.33 min left",
+    1000: "about 150 (at most 150), about 6.67 min left",
+    40: "at most 150, more than the 40 expected",
+    0: "at most 150",
+}
+
+
+@pytest.mark.parametrize("expected", LEFT)
+def test_the_time_left_is_told_for_the_parts_that_are_expected(expected, capsys):
+    """25 of this run took 100 s. Of 13,200 disks a search took 1,276, and "at most hours" left.
+
+    Those before `begin`, such as the linear disks of a study of patterns, tell no time.
+    """
+    run = studies.run_of(Config(study="linear"))
     job = Job(run, Team(), None, None, progress.Progress(run.config))
-    job.status, job.work = np.repeat(np.uint8([1, 0]), [49, 101]), Work(24)
+    job.status, job.work, job.expected = np.repeat(np.uint8([1, 0]), [49, 101]), Work(20), expected
+    job.begin()
+    job.work += Work(24)
     job.progress.began -= 100.0
     job.progress.shown -= 100.0
     job._collect(49, 1.0)
-    told = f"{run.study.unit}: 50 of {most}150, {most}6.67 min left\n"
-    assert capsys.readouterr().out == told
+    assert capsys.readouterr().out == f"tasks: 50 of {LEFT[expected]}\n"
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_a_contact_study_that_may_converge_before_its_end_says_at_most(stops, capsys):
+    shown = progress.Progress(Config(convergence={"stop_when_converged": stops}))
+    shown.start(np.zeros((1, 150), dtype=np.uint8))
+    shown.began, shown.shown = shown.began - 100.0, shown.shown - 100.0
+    shown.done = 24
+    shown.sample(0, 24, SimpleNamespace(status=DONE), np.full((1, 150), np.nan))
+    told = "at most 150, at most about" if stops else "150,"
+    assert f"samples: 25 of {told} 8.33 min left (0.25/s)\n" in capsys.readouterr().out
 
 
 def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):

@@ -1,7 +1,9 @@
 """What the tests of several studies ask: brute force, ranks, refusals."""
 
 import numpy as np
+import pytest
 
+from hpcrub.ranks import progress
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
@@ -16,6 +18,16 @@ def assert_two_ranks_give(expected, folder, *options):
     assert logged["idle_share"] < 1.0
     assert datasets(folder / "two.h5") == expected
     return logged["done_in_this_run"]
+
+
+def lines_of_progress(folder, capsys, *options):
+    """Lines with which a study on one rank tells of each of its tasks."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(progress, "INTERVAL", 0.0)
+        patch.setattr(progress, "SHARE", 0.0)
+        assert run_here("study.yaml", *options, folder=folder) == 0
+    told = capsys.readouterr().out.splitlines()
+    return [line for line in told if line.startswith("disks: ")]
 
 
 def refused_study(folder, text, override, capsys):

@@ -1,5 +1,6 @@
 """A small probability by double sampling: beside brute force, on ranks, after a stop."""
 
+import re
 import shutil
 
 import h5py
@@ -13,7 +14,12 @@ from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.studies import open_result, rare
 from tests.plot.drawn import lines
 from tests.program import TINY, contents, datasets, load, run_here
-from tests.studies.common import assert_two_ranks_give, largest_amplitudes, refused_study
+from tests.studies.common import (
+    assert_two_ranks_give,
+    largest_amplitudes,
+    lines_of_progress,
+    refused_study,
+)
 
 N = 200
 STUDY = (
@@ -101,6 +107,16 @@ def test_a_stop_changes_no_bit(brute, sampled, monkeypatch):
             file[name][1:] = np.nan
     assert run_here("study.yaml", "--output", "one.h5", "--resume", folder=folder) == 0
     assert datasets(sampled) == first
+
+
+def test_the_time_left_is_told_once_the_pilot_tells_how_many_disks_are_needed(brute, capsys):
+    """It was told for all samples, "at most hours", of which a goal may need a few."""
+    options = "--output", "soon.h5", "--set", "limits.probability_error=0.4"
+    told = lines_of_progress(brute[0], capsys, *options)
+    assert 100 < len(told) < N
+    assert not any("left" in line for line in told[:100])
+    expected = int(re.search(r" of about (\d+) \(at most 200\), about .* left", told[100])[1])
+    assert 0.5 < expected / len(told) < 2.0
 
 
 @pytest.mark.parametrize("size", [np.nan, 0.0])

@@ -1,5 +1,6 @@
 """The value of a key that meets a limit: beside brute force, on ranks, after a stop."""
 
+import re
 import shutil
 
 import h5py
@@ -14,7 +15,12 @@ from hpcrub.studies import open_result
 from hpcrub.studies.threshold import STUDY as THRESHOLD
 from hpcrub.studies.threshold import exceeds
 from tests.program import TINY, contents, datasets, load, run_here
-from tests.studies.common import assert_two_ranks_give, largest_amplitudes, refused_study
+from tests.studies.common import (
+    assert_two_ranks_give,
+    largest_amplitudes,
+    lines_of_progress,
+    refused_study,
+)
 
 N = 60
 STUDY = (
@@ -85,6 +91,20 @@ def test_two_ranks_and_a_stop_give_the_same_bits(brute):
         file["n_disks"][:] = 0
     assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=folder) == 0
     assert datasets(folder / "two.h5") == first
+
+
+def test_the_time_left_is_told_for_as_many_disks_as_a_search_takes(brute, capsys):
+    """It was told for all disks at all values, "at most hours", where minutes were left."""
+    folder, *_ = brute
+    shutil.copy(folder / "one.h5", folder / "stopped.h5")
+    with h5py.File(folder / "stopped.h5", "r+") as file:
+        n = file["n_disks"][()].sum()
+        file["status"][0, :5] = 0
+    told = lines_of_progress(folder, capsys, "--output", "stopped.h5", "--resume")
+    assert len(told) == 5
+    for line in told:
+        expected = int(re.search(r" of about (\d+) \(at most 300\), about .* left", line)[1])
+        assert 0.5 < expected / n < 2.0
 
 
 def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
