@@ -149,7 +149,10 @@ class Threshold(Study):
     def needs(self, config: Config) -> str:
         """Number of values, and of disks that the search is expected to need, in words."""
         n_values, disks = len(config.threshold.values), self.cost(config).disks
-        return f"for {n_values} values of {config.threshold.key}, together about {disks:,} disks"
+        return (  # where the probability is steep it is a third, where it is flat three times
+            f"for {n_values} values of {config.threshold.key}, together about {disks:,} disks, "
+            "give or take a factor of three"
+        )
 
     def cost(self, config: Config) -> Cost:
         """Cost of the disks that a few values need until their intervals leave out the target."""
