@@ -26,7 +26,6 @@ from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import Problem, build_problem
-from hpcrub.studies.contact.amplification import amplitudes
 from hpcrub.studies.contact.study import open_contact, require_complete
 from hpcrub.studies.contact.survey import n_counted
 
@@ -39,11 +38,9 @@ LAYOUT = (
     Dataset("deviation", ("sample", "blade"), "1", "its stiffness deviations"),
     Dataset("amplification", _SAMPLE, "1", "its A_nl by displacements, from the source"),
     Dataset("tuned/energy_j", ("speed", "blade"), "J", "largest strain energy of the tuned disk"),
-    Dataset("tuned/amplitude_m", ("speed",), "m", "largest displacement of the tuned disk's tips"),
     Dataset("tuned/point_status", ("speed",), "1", POINT_STATUS, "u1"),
     Dataset("tuned/point_reason", ("speed",), "1", POINT_REASON, "u1"),
     Dataset("energy_j", (*_SS, "blade"), "J", "largest strain energy of a blade"),
-    Dataset("amplitude_m", _SS, "m", "largest displacement of any tip"),
     Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
     Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
 )
@@ -186,7 +183,6 @@ class Energy(StudyInTime):
         energy, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
         group, where = ("", task - 1) if task else ("tuned/", ())
         yield f"{group}energy_j", where, energy
-        yield f"{group}amplitude_m", where, amplitudes(result)
         yield f"{group}point_status", where, result.point_status
         yield f"{group}point_reason", where, result.point_reason
         if config.contact.wears:
@@ -219,16 +215,13 @@ class Energy(StudyInTime):
             yield f"largest stress {low:,.0f} to {high:,.0f} MPa, tuned {tuned:,.0f}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """Reasons to distrust points or motions, and largest energies at an end of the speeds."""
+        """Reasons to distrust points of disks, and largest energies at an end of the speeds."""
         names = "energy_j", "point_status", "point_reason"
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all
         yield from verdict.of_points(
             file.config, energy.max(axis=2), states, reasons, self.time_key
         )
-        if "amplitude_m" in file:  # not in files of earlier versions
-            size = np.vstack([file.read("tuned/amplitude_m"), file.read("amplitude_m")])
-            yield from verdict.kinematics(file.config, size)
 
 
 STUDY = Energy()

@@ -109,21 +109,6 @@ def test_energies_are_those_of_the_full_model(folder):
         plot.energy("energy.h5")
 
 
-def test_motions_too_large_for_a_linear_model_are_told_as_by_the_contact_study(folder):
-    """Of energies alone nothing was told, where the same disks in the source were marked."""
-    assert run("--no-figures") == 0
-    with open_result("energy.h5", mode="r+") as file, open_result("source.h5") as source:
-        where = file.read("level"), file.read("number")
-        expected = source.read("samples/amplitude_m")[where]
-        np.testing.assert_array_equal(file.read("amplitude_m"), expected)
-        tuned = source.read("tuned/amplitude_m")
-        np.testing.assert_array_equal(file.read("tuned/amplitude_m"), tuned)
-        for share in (0.19, 0.21):  # of the tip radius; the limit is a fifth
-            file.write({"amplitude_m": share * file.config.disk.tip_radius}, (1, 0))
-            told = [finding.why.split(",")[0] for finding in energy.STUDY.findings(file)]
-            assert ("outside small displacements" in told) == (share > 0.2)
-
-
 def largest_energies(config, deviation):
     """Energies [J] on the full model, over the window after the steady state, (speeds, blades)."""
     problem, speeds = build_problem(config), config.speeds.values_hz
