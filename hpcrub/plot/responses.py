@@ -42,12 +42,12 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
         else:
             draw_all(left, file)
         _draw_amplifications(right, file, disks)
-        canvas.note(*trust.short(file))
     else:
         draw_all(left, file)
         draw_all(right, file, "localisation", 100)
         right.set(ylabel="localisation factor [%]", title="Localisation of the amplitudes")
     left.set(ylabel=size(file), title=f"Response in contact, {file.config.casing.words}")
+    canvas.note(*trust.short(file))
 
 
 def size(file: ResultFile, name: str | None = None) -> str:

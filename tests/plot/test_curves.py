@@ -80,6 +80,8 @@ def test_summary_of_a_pattern(random):
         mistuned, tuned = file.read(f"samples/{name}", (0, 0)), file.read(f"tuned/{name}")
         hollow = speeds[1], scale * mistuned[1]
         assert_drawn(panel, (speeds, scale * mistuned), hollow, (speeds, scale * tuned))
+    (legend,) = panels[0].figure.legends  # its title is the note below; the verdict was left out
+    assert legend.get_title().get_text().startswith("not usable")
 
 
 def test_responses_of_a_family_and_their_differences(random):
