@@ -88,19 +88,35 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     (tips, motion), (share, grows) = canvas.panels(2, 2, (13.0, 9.6))
     draw_all(tips, file)
     draw_all(motion, file, "casing_motion_m")
+    _write_waves(motion, file)
+    tips.set(ylabel="largest $|u_t|$ of a tip [mm]", title="tips")
+    motion.set(ylabel="largest radial motion [mm]", title="casing (numbers: waves n, tuned disk)")
+    _draw_share(share, file)
+    _draw_runaway(grows, file)
+    for panel in (tips, motion, share, grows):
+        panel.set(xlabel=SPEED)
+    canvas.note(*trust.short(file))
+
+
+def _write_waves(axes: Axes, file: ResultFile) -> None:
+    """Write the waves n that move most beside points of the tuned disk."""
     speeds, waves = file.read("speeds_hz"), file.read("tuned/casing_waves")
     moved = 1e3 * file.read("tuned/casing_motion_m")
     for i in range(0, len(speeds), max(1, len(speeds) // 12)):
         if np.isfinite(moved[i]):
-            motion.annotate(
+            axes.annotate(
                 f"{waves[i]:.0f}", (speeds[i], moved[i]), xytext=(0, 7), ha="center",
                 textcoords="offset points", fontsize=10, zorder=5,
                 path_effects=[withStroke(linewidth=3, foreground="w")],
             )  # fmt: skip
-    tips.set(ylabel="largest $|u_t|$ of a tip [mm]", title="tips")
-    motion.set(ylabel="largest radial motion [mm]", title="casing (numbers: waves n, tuned disk)")
+    axes.margins(y=0.12)  # room for the numbers below the title
+
+
+def _draw_share(axes: Axes, file: ResultFile) -> None:
+    """Draw the casing's share of the energy, of the tuned disk and of the mistuned ones."""
+    speeds = file.read("speeds_hz")
     values = 100 * file.read("tuned/casing_energy_share")
-    share.plot(speeds, values, color=BLACK, marker=MARKERS[0], ms=4, label="tuned disk")
+    axes.plot(speeds, values, color=BLACK, marker=MARKERS[0], ms=4, label="tuned disk")
     samples = 100 * file.read("samples/casing_energy_share", -1)
     if np.isfinite(samples).any():
         known = np.isfinite(samples).any(axis=0)
@@ -108,12 +124,10 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
         middle[known] = np.nanmedian(samples[:, known], axis=0)
         alone = file.config.pattern_deviation is not None
         label = "mistuned disk" if alone else "median of the samples"
-        share.plot(speeds, middle, ".-", ms=3, color=BLUE, label=label)
-    share.set(ylabel="energy of the casing [%]", ylim=(0.0, None), title="at the end of a run")
-    _draw_runaway(grows, file)
-    for panel in (tips, motion, share, grows):
-        panel.set(xlabel=SPEED)
-    canvas.note(*trust.short(file))
+        axes.plot(speeds, middle, ".-", ms=3, color=BLUE, label=label)
+    axes.update_datalim([(speeds[0], 0.0), (speeds[-1], 0.0)])  # lost speeds are in all panels
+    axes.autoscale_view()
+    axes.set(ylabel="energy of the casing [%]", ylim=(0.0, None), title="at the end of a run")
 
 
 def _draw_runaway(axes: Axes, file: ResultFile) -> None:

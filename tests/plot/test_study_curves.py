@@ -304,7 +304,7 @@ def test_a_coating_that_is_worn_through_says_what_became_of_the_rest(file):
     _, _, depths, disks = plot.wear(file)
     assert_drawn(depths, ([0, 1], [1e3 * through] * 2))
     assert "worn through: 4.1 mm, the rest of 5 mm is compacted" in words(depths)
-    assert disks.get_title() == "39 disks per level, worn through by 78"
+    assert disks.get_title() == "39 disks per level, worn through by 78 of all 78"
     assert disks.get_xlim()[0] == 0.0
 
 
