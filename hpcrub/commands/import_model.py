@@ -172,29 +172,37 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
     by_diameter = functools.partial(cyclic.frequencies_by_diameter, model)
     table = checks.at_speed("--speed-hz", by_diameter, speed)
     at = "at rest" if not options.speed_hz else f"at {options.speed_hz:g} Hz"
+    at += _star(options.speed_hz, model.speeds)
     say(f"first frequencies by nodal diameter [Hz], {at}; speeds [Hz] at which n_d bumps meet the")
     say("first family, whose frequency is that at the same speed, by n_d = diameters or")
     say("n_d = blades - diameters (SAFE diagram):")
     depends = len(model.stiffness) > 1 and speed > 0.0  # at speed 0 the disk at rest suffices
     pencils = cyclic.pencils(model, [0.0, speed] if depends else [speed])
-    known = max((_speed(text)[0] for text in getattr(options, "stiffness", ())), default=np.inf)
     for diameters, (row, pencil) in enumerate(zip(table, pencils, strict=True)):
         frequencies = "  ".join(f"{f:11.4f}" for f in row if np.isfinite(f))
         orders = sorted({n for n in (diameters, model.n_blades - diameters) if n})
-        met = ", ".join(f"n_d = {n}: {_crossing(pencil, n, known)}" for n in orders)
+        met = ", ".join(f"n_d = {n}: {_crossing(pencil, n, model.speeds)}" for n in orders)
         say(f"  {diameters:3d}: {frequencies}   {met}")
-    if known < np.inf:
-        say(f"  (*: extrapolated beyond the {known:g} Hz of --stiffness)")
+    if len(model.speeds):
+        low, high = model.speeds.min(), model.speeds.max()
+        say(f"  (*: extrapolated beyond {low:g} to {high:g} Hz, the speeds of the matrices)")
+    elif len(model.stiffness) > 1:
+        say("  (the file does not tell of which speeds its matrices are, or what is extrapolated)")
     return table[:, 0]
 
 
 def _crossing(pencil, order, known):
     """Text of the speed at which an engine order meets the lowest mode of a stiffness and mass.
 
-    known: speed up to which the stiffness is known [Hz]; a star marks speeds beyond it.
+    known: speeds between which the stiffness is known [Hz].
     """
     speeds = crossings.speeds(*pencil, order) / (2 * np.pi)
-    return f"{speeds[0]:.4g}{'*' * bool(speeds[0] > known)}" if len(speeds) else "never"
+    return f"{speeds[0]:.4g}{_star(speeds[0], known)}" if len(speeds) else "never"
+
+
+def _star(speed, known):
+    """Mark of a speed at which the stiffness is extrapolated from known speeds [Hz], if any are."""
+    return "*" * bool(len(known) and not known.min() <= speed <= known.max())
 
 
 def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator[str]:
@@ -230,12 +238,12 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
     if options.speed_hz and len(model.stiffness) == 1:
         yield "centrifugal stiffening: none, the stiffness is that of one speed"
     if getattr(options, "stiffness", None):
-        yield from _between_speeds(model, [0.0, *(_speed(text)[0] for text in options.stiffness)])
+        yield from _between_speeds(model)
 
 
-def _between_speeds(model, speeds_hz):
+def _between_speeds(model):
     """Warn where interpolating the matrices between speeds gives wrong frequencies."""
-    error = 100 * cyclic.error_between(model, 2 * np.pi * np.array(speeds_hz))
+    error = 100 * cyclic.error_between(model, 2 * np.pi * model.speeds)
     if abs(error) > BETWEEN:
         yield (
             f"warning: between the speeds of --stiffness the first frequency is off by {error:+.2g}"

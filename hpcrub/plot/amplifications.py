@@ -17,7 +17,7 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, reference, uncertainty
+from hpcrub.plot.families import finished, labels, lost, reference, uncertainty
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence
@@ -85,6 +85,7 @@ def percentiles(canvas: Canvas, files: list[ResultFile]) -> None:
 
     Of many files, or of one level only, all lie in one panel, a row each, at the widest level.
     """
+    canvas.note(*lost(files))
     if len(files) > MOST_PANELS or all(len(f.read("sigma")) == 1 for f in files):
         _draw_rows(canvas, files)
         return
@@ -159,6 +160,7 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
 
     The levels stand side by side.
     """
+    canvas.note(*lost(files))
     quantity, names = _places(files)
     wide = max(len(line) for name in names for line in name.splitlines()) / ENTRY
     axes = canvas.panels(1, 1, (max(8.0, max(1.3, 0.4 + wide) * len(files)), 5.6))[0, 0]
@@ -183,6 +185,7 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
             axes.plot(place, interval[0], marker(level), ms=7, **look)
             intervals.draw(axes, place, interval, colours[level])
     axes.set_xticks(x, names)
+    axes.set_xlim(-0.5, len(files) - 0.5)  # the places of a file's levels stay beside its name
     axes.set(ylabel=quantity, title=f"Largest of all speeds, {samples(files)} per level")
     axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
 
@@ -243,7 +246,7 @@ def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
             target = 100 * file.config.convergence.target_error
             panel.axhline(target, color=BLACK, lw=1.2, ls=":", label="target")
             panel.set_yscale("log")
-            panel.yaxis.set_major_locator(LogLocator(subs=(1, 3)))
+            panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             panel.yaxis.set_major_formatter("{x:g}")
             panel.yaxis.set_minor_formatter("")
         row[0].set_ylabel("convergence error\nof $A_{nl}$ [%]")
@@ -261,6 +264,7 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
     size = (max(6.0, 4.0 * len(shown)), 2.9 * len(files) + 1.0)
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
+    canvas.note(*lost(files))
     for file, row, label in zip(files, axes, labels(files), strict=True):
         at = list(file.config.convergence.percentiles)
         values = scale * file.read(layout.AMPLIFICATION.dataset(name))

@@ -251,3 +251,7 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
         # a contact study, which has no dataset `status`, is drawn as far as it is
         if about.computed and "status" in file and not (file.status == DONE).any():
             raise InputError(f"{file.path}: figure {name} has nothing to show: nothing is computed")
+    if about.needs == "random" and not any((f.read("samples/status") == DONE).any() for f in files):
+        raise InputError(
+            f"{files[0].path}: figure {name} has nothing to show: no mistuned disk has a result"
+        )

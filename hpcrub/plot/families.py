@@ -4,12 +4,13 @@ import re
 from collections import Counter
 from typing import Any
 
+import numpy as np
 from matplotlib.ticker import EngFormatter
 
 from hpcrub.config.schema import PROFILE, Config
-from hpcrub.config.text import flatten, is_table, key_table, show
+from hpcrub.config.text import counted, flatten, is_table, key_table, show
 from hpcrub.config.types import without_suffix
-from hpcrub.results.layout import DONE
+from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact.survey import n_counted, shared_uncertainty
 
@@ -24,6 +25,18 @@ def finished(file: ResultFile, name: str) -> list[Any]:
     n = n_counted(file)
     status, values = file.status[:, :n], file.read(f"samples/{name}")[:, :n]
     return [values[level][status[level] == DONE] for level in range(len(status))]
+
+
+def lost(files: list[ResultFile]) -> list[str]:
+    """Return a note for each file whose figure leaves out disks without a result."""
+    notes = []
+    for file in files:
+        status = file.status[:, : n_counted(file)]
+        if n := int(np.count_nonzero(status == FAILED)):
+            name = f"{without_suffix(file.path).name}: " * (len(files) > 1)
+            of = counted(int(np.count_nonzero(status != PENDING)), "disk")
+            notes.append(f"{name}{n} of {of} have no result and are left out")
+    return notes
 
 
 def uncertainty(file: ResultFile, name: str) -> Any:

@@ -12,7 +12,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot.amplifications import AMPLIFICATION, draw_disks, draw_kinds, draw_rows, samples
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import labels, reference
+from hpcrub.plot.families import labels, lost, reference
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -42,12 +42,12 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
         else:
             draw_all(left, file)
         _draw_amplifications(right, file, disks)
-        canvas.note(*trust.short(file))
     else:
         draw_all(left, file)
         draw_all(right, file, "localisation", 100)
         right.set(ylabel="localisation factor [%]", title="Localisation of the amplitudes")
     left.set(ylabel=size(file), title=f"Response in contact, {file.config.casing.words}")
+    canvas.note(*trust.short(file))
 
 
 def size(file: ResultFile, name: str | None = None) -> str:
@@ -84,7 +84,8 @@ def draw_response(
     for n, code in enumerate(np.unique(reasons[lost])):
         at = speeds[lost & (reasons == code)]
         look |= {"marker": "xP*d"[n % 4], "label": status.words(code)}
-        axes.plot(at, 0 * at, mfc=colour, ms=7, zorder=5, **look)
+        ms = 7 if colour == BLACK else 10  # of two at the same speed both are seen
+        axes.plot(at, 0 * at, mfc=colour, ms=ms, zorder=5, **look)
     axes.autoscale_view()
     axes.set_xlabel(SPEED)
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -103,14 +104,20 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     """Draw the range of the amplitudes of the widest level's samples, and their median.
 
     The band reaches from the lowest to the highest percentile of the input. If there are too few
-    samples for one of these, it reaches from the smallest to the largest sample. name: dataset of
-    other values in metres than the amplitudes.
+    samples for one of these, it reaches from the smallest to the largest sample. Crosses are speeds
+    at which some of them have no result, and are not in the band. name: dataset of other values in
+    metres than the amplitudes.
     """
     done = file.status[-1, :MOST] == DONE
+    lost = (file.read("samples/point_status", (-1, slice(MOST))) == DIVERGED).any(axis=0)
     name = name or layout.amplitude(file.config)
     amplitude = 1e3 * file.read(f"samples/{name}", (-1, slice(MOST)))[done]
     speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles
     known = np.isfinite(amplitude).any(axis=0)
+    level = f"±{100 * file.read('half_range')[-1]:.3g} %"
+    if lost.any():
+        look: dict[str, Any] = {"color": BLUE, "ls": "", "ms": 10, "clip_on": False, "zorder": 5}
+        axes.plot(speeds[lost], 0 * speeds[lost], marker="x", label=f"{level}, lost disks", **look)
     if not known.any():
         return
     n, low, high = len(amplitude), percentiles[0], percentiles[-1]
@@ -119,8 +126,7 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     band = np.full((3, len(speeds)), np.nan)
     band[:, known] = np.nanpercentile(amplitude[:, known], ends, axis=0)
     words = f"range of {counted(n, 'sample')}" if few else f"percentiles {low:g} to {high:g}"
-    level = f"±{100 * file.read('half_range')[-1]:.3g} %"
-    look: dict[str, Any] = {"color": BLUE, "alpha": 0.25, "lw": 0, "label": f"{level}, {words}"}
+    look = {"color": BLUE, "alpha": 0.25, "lw": 0, "label": f"{level}, {words}"}
     axes.fill_between(speeds, band[0], band[2], **look)
     axes.plot(speeds, band[1], ".-", ms=3, color=BLUE, lw=1.6, label=f"{level}, median")
 
@@ -163,6 +169,7 @@ def compare(canvas: Canvas, files: list[ResultFile]) -> None:
     default values. Where only some have a coating that wears, steady amplitudes are compared with
     each other, and the largest amplitudes at any time of the coated ones stand beside them.
     """
+    canvas.note(*lost(files))
     best = reference(files)
     alike = all(np.array_equal(f.read("speeds_hz"), best.read("speeds_hz")) for f in files)
     if alike and 1 < len(files) <= MOST_LINES + 1:

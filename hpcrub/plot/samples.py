@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from hpcrub.config.text import counted
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished, labels
+from hpcrub.plot.families import finished, labels, lost
 from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
@@ -37,19 +38,22 @@ def contact_over_linear(canvas: Canvas, file: ResultFile) -> None:
         panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
     if image is not None:
         canvas.colorbar(image, axes, label="share of the samples in denser regions")
+    canvas.note(*lost([file]))
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
 
 
 def _title(sigma: float, linear: Array, contact: Array) -> str:
     n = len(linear)
     above = int(np.count_nonzero(contact > linear))
+    text = f"σ = {sigma:.1f} %, {counted(n, 'sample')}"
+    if not n:
+        return text
     low, high = 100 * np.array(pairs.share_interval(above, n))
+    text += f"\ncontact above linear for {100 * above / n:.0f} % [{low:.0f}, {high:.0f}]"
     r, r_low, r_high = pairs.rank_correlation(contact, linear)
-    return (
-        f"σ = {sigma:.1f} %, {n} samples\n"
-        f"contact above linear for {100 * above / max(n, 1):.0f} % [{low:.0f}, {high:.0f}]\n"
-        f"rank correlation {r:.2f} [{r_low:.2f}, {r_high:.2f}]"
-    )
+    if np.isnan(r):
+        return f"{text}\nno rank correlation of so few or equal samples"
+    return f"{text}\nrank correlation {r:.2f} [{r_low:.2f}, {r_high:.2f}]"
 
 
 def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:

@@ -1,11 +1,14 @@
 """Figures of a casing that vibrates: its waves and the blades' families, its motion in contact."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 
 from hpcrub.model.crossings import KINDS
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.responses import SPEED, draw_range, draw_response
+from hpcrub.plot.responses import SPEED, draw_all
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, edges, shades
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -76,51 +79,72 @@ def _draw_growth(axes: Axes, speeds: np.ndarray, rates: np.ndarray, friction: fl
 def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     """Largest radial motion of the casing beside that of the tips, and its share of the energy.
 
-    The tuned disk and the range of the random samples; numbers at the points of the tuned disk are
-    the waves n that move most. Crosses are speeds without a result. The last panel shows where the
-    linear disk and casing grow in permanent contact, beside what the motions in time did: how many
-    of the disks ran away, and how fast the tuned one.
+    The tuned disk, and the range of the random samples or the disk of an explicit pattern; numbers
+    at the points of the tuned disk are the waves n that move most. Crosses are speeds without a
+    result. The last panel shows where the linear disk and casing grow in permanent contact, beside
+    what the motions in time did: how many of the disks ran away, and how fast the tuned one and
+    that of a pattern.
     """
     (tips, motion), (share, grows) = canvas.panels(2, 2, (13.0, 9.6))
-    if file.config.pattern_deviation is None:
-        draw_range(tips, file)
-        draw_range(motion, file, "casing_motion_m")
-    draw_response(tips, file, "tuned", (), BLACK, "tuned disk")
-    draw_response(motion, file, "tuned", (), BLACK, "tuned disk", "casing_motion_m")
-    speeds, waves = file.read("speeds_hz"), file.read("tuned/casing_waves")
-    moved = 1e3 * file.read("tuned/casing_motion_m")
-    for i in range(0, len(speeds), max(1, len(speeds) // 12)):
-        if np.isfinite(moved[i]):
-            motion.annotate(
-                f"{waves[i]:.0f}", (speeds[i], moved[i]), xytext=(0, 7), ha="center",
-                textcoords="offset points", fontsize=10,
-            )  # fmt: skip
+    draw_all(tips, file)
+    draw_all(motion, file, "casing_motion_m")
+    _write_waves(motion, file)
     tips.set(ylabel="largest $|u_t|$ of a tip [mm]", title="tips")
-    motion.set(ylabel="largest radial motion [mm]", title="casing (numbers: waves n)")
-    values = 100 * file.read("tuned/casing_energy_share")
-    share.plot(speeds, values, color=BLACK, marker=MARKERS[0], ms=4, label="tuned disk")
-    samples = 100 * file.read("samples/casing_energy_share", -1)
-    if np.isfinite(samples).any():
-        known = np.isfinite(samples).any(axis=0)
-        middle = np.full(len(speeds), np.nan)
-        middle[known] = np.nanmedian(samples[:, known], axis=0)
-        share.plot(speeds, middle, ".-", ms=3, color=BLUE, label="median of the samples")
-    share.set(ylabel="energy of the casing [%]", ylim=(0.0, None), title="at the end of a run")
+    motion.set(ylabel="largest radial motion [mm]", title="casing (numbers: waves n, tuned disk)")
+    _draw_share(share, file)
     _draw_runaway(grows, file)
     for panel in (tips, motion, share, grows):
         panel.set(xlabel=SPEED)
     canvas.note(*trust.short(file))
 
 
+def _write_waves(axes: Axes, file: ResultFile) -> None:
+    """Write the waves n that move most beside points of the tuned disk."""
+    speeds, waves = file.read("speeds_hz"), file.read("tuned/casing_waves")
+    moved = 1e3 * file.read("tuned/casing_motion_m")
+    for i in range(0, len(speeds), max(1, len(speeds) // 12)):
+        if np.isfinite(moved[i]):
+            axes.annotate(
+                f"{waves[i]:.0f}", (speeds[i], moved[i]), xytext=(0, 7), ha="center",
+                textcoords="offset points", fontsize=10, zorder=5,
+                path_effects=[withStroke(linewidth=3, foreground="w")],
+            )  # fmt: skip
+    axes.margins(y=0.12)  # room for the numbers below the title
+
+
+def _draw_share(axes: Axes, file: ResultFile) -> None:
+    """Draw the casing's share of the energy, of the tuned disk and of the mistuned ones."""
+    speeds = file.read("speeds_hz")
+    values = 100 * file.read("tuned/casing_energy_share")
+    axes.plot(speeds, values, color=BLACK, marker=MARKERS[0], ms=4, label="tuned disk")
+    samples = 100 * file.read("samples/casing_energy_share", -1)
+    if np.isfinite(samples).any():
+        known = np.isfinite(samples).any(axis=0)
+        middle = np.full(len(speeds), np.nan)
+        middle[known] = np.nanmedian(samples[:, known], axis=0)
+        alone = file.config.pattern_deviation is not None
+        label = "mistuned disk" if alone else "median of the samples"
+        axes.plot(speeds, middle, ".-", ms=3, color=BLUE, label=label)
+    axes.update_datalim([(speeds[0], 0.0), (speeds[-1], 0.0)])  # lost speeds are in all panels
+    axes.autoscale_view()
+    axes.set(ylabel="energy of the casing [%]", ylim=(0.0, None), title="at the end of a run")
+
+
 def _draw_runaway(axes: Axes, file: ResultFile) -> None:
-    """Draw growth in permanent contact, growth of tuned motions that ran away, share of disks."""
+    """Draw growth in permanent contact, and that of motions that ran away; share of many disks."""
     speeds, away = file.read("speeds_hz"), "casing_growth_per_s"
-    tuned = file.read(f"tuned/{away}")
     _draw_growth(axes, speeds, file.read(PERMANENT.name), file.config.contact.friction)
-    axes.plot(speeds, tuned, "x", color=BLACK, ms=8, label="tuned disk in time, where it runs away")
+    look: dict[str, Any] = {"ls": "", "ms": 8}
+    label = "{} disk in time, where it runs away"
+    alone = file.config.pattern_deviation is not None
+    if alone:
+        mistuned = file.read(f"samples/{away}", (0, 0))
+        axes.plot(speeds, mistuned, marker="+", color=BLUE, label=label.format("mistuned"), **look)
+    tuned = file.read(f"tuned/{away}")
+    axes.plot(speeds, tuned, marker="x", color=BLACK, label=label.format("tuned"), **look)
     axes.set(ylim=(0.0, None), title="lines: all tips in permanent contact, linear")
     done = file.status[-1] == DONE
-    if not done.any():
+    if alone or not done.any():
         return
     share = 100.0 * np.isfinite(file.read(f"samples/{away}", -1)[done]).mean(axis=0)
     right = axes.twinx()

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
@@ -48,7 +49,7 @@ def wear(canvas: Canvas, file: ResultFile) -> None:
         _draw_disks(disks, file)
     else:
         draw_all(disks, file)
-        disks.set(ylabel=size(file))
+        disks.set(ylabel=size(file), title="largest amplitude at every speed")
     depths.set(ylabel=DEPTH, title="largest depth at every speed")
     bound = 1e3 * depth_of_all(file.config)
     if depths.dataLim.y1 >= REACHED * bound:
@@ -103,10 +104,11 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
         for p, value in enumerate(interval[0]):
             axes.plot(value, at[p], marker(p), color=colour, ms=7)
     through = sum(int(np.count_nonzero(values >= bound)) for values in deepest) or "none"
+    disks = counted(len(deepest[-1]), "disk") + " per level" * (len(deepest) > 1)
     tuned = 1e3 * float(np.nanmedian(file.read("tuned/run_deepest_m")))
     axes.axvline(tuned, color=BLACK, lw=1.6, ls="--", label="tuned disk, median of its runs")
     axes.set(
         xlabel=f"largest {DEPTH}", ylabel="disks that cut at most so deep [%]", ylim=(0, 102),
         xlim=(0, 1.05 * axes.dataLim.x1 or None),
-        title=f"{len(deepest[-1])} disks per level, worn through by {through}",
+        title=f"{disks}, worn through by {through} of all {sum(map(len, deepest))}",
     )  # fmt: skip

@@ -166,12 +166,14 @@ def _mean_and_error(percentile, z):
     """Mean of p_1 ... p_k and equation (6) for every k; percentile (P, K), NaN left out."""
     known = np.isfinite(percentile)
     count = known.cumsum(axis=1)
-    centre = np.where(known, percentile, 0.0).sum(axis=1, keepdims=True)
-    centre /= np.maximum(known.sum(axis=1, keepdims=True), 1)
-    off = np.where(known, percentile - centre, 0.0)  # small numbers avoid cancellation below
+    rows = zip(percentile, known, strict=True)
+    first = np.array([[p[is_known][:1].sum()] for p, is_known in rows])  # 0 without a value
+    # from one of the values cancellation costs a factor of k in rounding at most, and the error of
+    # values that are all alike is exactly 0
+    off = np.where(known, percentile - first, 0.0)
     total, squares = off.cumsum(axis=1), (off * off).cumsum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(count > 0, centre + total / count, np.nan)
+        mean = np.where(count > 0, first + total / count, np.nan)
         variance = np.maximum(squares - total * total / count, 0.0) / (count - 1)  # (7)
         error = np.where(count > 1, z * np.sqrt(variance / count), np.nan)  # (6)
     return mean, error

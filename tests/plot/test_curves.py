@@ -14,12 +14,12 @@ from scipy import stats
 
 from hpcrub import plot
 from hpcrub.config.schema import load_runs
-from hpcrub.contact.status import AVERAGED, NOT_STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.plot.amplifications import ABOVE, APART, BESIDE
 from hpcrub.plot.families import finished, labels, ordered, reference
 from hpcrub.plot.samples import cumulative
-from hpcrub.results.layout import DONE
+from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.studies.contact import measured
 from hpcrub.studies.contact.layout import AMPLIFICATION
 from tests.plot import drawn
@@ -80,6 +80,8 @@ def test_summary_of_a_pattern(random):
         mistuned, tuned = file.read(f"samples/{name}", (0, 0)), file.read(f"tuned/{name}")
         hollow = speeds[1], scale * mistuned[1]
         assert_drawn(panel, (speeds, scale * mistuned), hollow, (speeds, scale * tuned))
+    (legend,) = panels[0].figure.legends  # its title is the note below; the verdict was left out
+    assert legend.get_title().get_text().startswith("not usable")
 
 
 def test_responses_of_a_family_and_their_differences(random):
@@ -107,6 +109,55 @@ def test_a_family_of_other_speeds_has_a_panel_for_each(random):
     assert [panel.get_title() for panel in panels] == ["$n_d$ = 3", "$n_d$ = 5"]
     for panel, file in zip(panels, files[::-1], strict=True):
         assert_drawn(panel, (file.read("speeds_hz"), 1e3 * file.read("tuned/amplitude_m")))
+
+
+def notes(panel):
+    """What stands below a figure: the title of its legend."""
+    return panel.figure.legends[0].get_title().get_text()
+
+
+def test_figures_tell_of_disks_without_a_result(random):
+    """They are not in the percentiles, whose figures said nothing of them, nor in the band."""
+    file = contact_file(random)
+    file.values["samples/status"][1, :2] = FAILED
+    file.values["samples/point_status"][1, :2, 1] = DIVERGED
+    for draw in (plot.percentiles, plot.amplitudes, plot.contact_over_linear, plot.compare):
+        assert "2 of 78 have no result" in notes(np.ravel(draw(file))[0]).replace(" disks", "")
+    left, _ = plot.summary(file)
+    assert_drawn(left, ([34.2], [0.0]))
+    assert "±4 %, lost disks" in words(left)
+
+
+def test_without_a_finished_disk_there_is_no_percentile_and_nothing_usable(random):
+    """Empty axes, "rank correlation nan", and a verdict that called percentiles usable."""
+    file = contact_file(random)
+    file.values["samples/status"][:] = PENDING
+    for draw in (plot.percentiles, plot.amplitudes, plot.contact_over_linear):
+        with pytest.raises(InputError, match="no mistuned disk has a result"):
+            draw(file)
+    left, _ = plot.summary(file)
+    assert_drawn(left, (file.read("speeds_hz"), 1e3 * file.read("tuned/amplitude_m")))
+    assert notes(left).startswith("not usable: no mistuned disk is finished")
+
+
+@pytest.mark.parametrize("n", [1, 6])
+def test_samples_that_are_alike_or_alone_have_no_rank_correlation(random, n):
+    file = contact_file(random, shape=(1, n))
+    file.values["samples/status"][:] = DONE
+    for name in NAMES:
+        file.values[f"samples/{name}"][:] = 1.0
+    title = plot.contact_over_linear(file).get_title()
+    assert f"{n} sample{'s' * (n > 1)}\n" in title
+    assert "nan" not in title
+
+
+def test_the_levels_of_a_single_file_stand_beside_its_name(random):
+    """They were spread over the whole axis, as if they were of other files."""
+    axes = plot.amplitudes(contact_file(random))
+    low, high = axes.get_xlim()
+    places = [line.get_xdata()[0] for line in axes.get_lines() if len(line.get_xdata())]
+    assert np.ptp(places) < 0.2 * (high - low)
+    assert low < min(places) < max(places) < high
 
 
 def test_percentiles_over_sigma(random):

@@ -10,9 +10,9 @@ from hpcrub.plot import histories, maps
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.wear import GROOVE, INNER
 from hpcrub.results.layout import DONE
-from hpcrub.studies.shared.casing_motion import PERMANENT
+from hpcrub.studies.shared import casing_motion
 from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines, words
-from tests.plot.stored import File, N, contact_file, modal_file
+from tests.plot.stored import PATTERN, PHYSICS, File, N, contact_file, modal_file
 from tests.program import TINY
 
 
@@ -200,15 +200,37 @@ def test_safe():
     assert "order 4 at 23.25 Hz" in met.get_label()
 
 
+def ring_file(random, text=TINY, shape=(2, N)):
+    """A contact study in a casing that vibrates."""
+    file = contact_file(random, f"{text}casing: {{ring: {{thickness_mm: 20}}}}\n", shape)
+    names = "casing_motion_m", "casing_energy_share", "casing_growth_per_s", "casing_waves"
+    for group, of in (("tuned", (3,)), ("samples", (*shape, 3))):
+        file.values |= {f"{group}/{name}": random.uniform(1.0, 2.0, of) for name in names}
+    file.values[casing_motion.PERMANENT.name] = np.zeros((2, 3))
+    return file
+
+
+def test_the_disk_of_a_pattern_is_in_every_panel_of_a_casing_that_vibrates(random):
+    """The upper panels left it out, and it was the median of the samples, with percentiles."""
+    file = ring_file(random, PHYSICS + PATTERN, (1, 1))
+    panels = np.ravel(plot.casing_motion(file))
+    names = "amplitude_m", "casing_motion_m", "casing_energy_share", "casing_growth_per_s"
+    for panel, name, scale in zip(panels, names, (1e3, 1e3, 1e2, 1.0), strict=True):
+        both = [file.read(f"tuned/{name}"), file.read(f"samples/{name}", (0, 0))]
+        for values in both:
+            assert_drawn(panel, (file.read("speeds_hz"), scale * values))
+    said = " ".join(words(panels[0]))
+    assert "mistuned disk" in said
+    assert "samples" not in said
+    assert "share" not in said
+    assert "percentiles" not in " ".join(casing_motion.lines(file, 1))
+
+
 @pytest.mark.parametrize(("n_speeds", "width"), [(3, 0.2), (1, 1.0)])
 def test_disks_that_run_away_are_bars_as_wide_as_the_speeds_are_apart(random, n_speeds, width):
     """At a single speed, too, which was an IndexError."""
-    file = contact_file(random, f"{TINY}casing: {{ring: {{thickness_mm: 20}}}}\n")
-    names = "casing_motion_m", "casing_energy_share", "casing_growth_per_s", "casing_waves"
-    for group, shape in (("tuned", (3,)), ("samples", (2, N, 3))):
-        file.values |= {f"{group}/{name}": random.uniform(1.0, 2.0, shape) for name in names}
+    file = ring_file(random)
     file.values["samples/casing_growth_per_s"][-1, ::2] = np.nan
-    file.values[PERMANENT.name] = np.zeros((2, 3))
     for name, values in file.values.items():
         file.values[name] = values[..., :n_speeds] if np.shape(values)[-1:] == (3,) else values
     last = float(file.read("speeds_hz")[-1])
@@ -282,7 +304,7 @@ def test_a_coating_that_is_worn_through_says_what_became_of_the_rest(file):
     _, _, depths, disks = plot.wear(file)
     assert_drawn(depths, ([0, 1], [1e3 * through] * 2))
     assert "worn through: 4.1 mm, the rest of 5 mm is compacted" in words(depths)
-    assert disks.get_title() == "39 disks per level, worn through by 78"
+    assert disks.get_title() == "39 disks per level, worn through by 78 of all 78"
     assert disks.get_xlim()[0] == 0.0
 
 

@@ -61,6 +61,19 @@ def test_against_direct_computation(step, kind):
     np.testing.assert_allclose(result.convergence_error, error, rtol=1e-10, atol=1e-15)
 
 
+def test_the_error_is_zero_while_a_percentile_has_not_changed():
+    """Of percentiles 0 and 100 up to the next extreme, where it was rounding. Then it is that of a
+    direct computation, however far the extreme lies."""
+    values = 1.0 + np.random.default_rng(5).gamma(4.0, 0.1, 3000)
+    values[[3, 5]] = 0.9, 9.0
+    values[[905, 906]] = -50.0, 1e4
+    result = running_percentiles(values, [0, 100], 10, 2.81)
+    assert (result.convergence_error[:, 1:90] == 0.0).all()
+    _, mean, error = direct(values, [0, 100], 10, 2.81)
+    np.testing.assert_allclose(result.mean_of_percentile, mean, rtol=1e-14)
+    np.testing.assert_allclose(result.convergence_error, error, rtol=1e-12, atol=1e-15)
+
+
 def test_extreme_percentiles_are_the_extremes():
     values = np.random.default_rng(1).random(60)
     lowest, highest = running_percentiles(values, [0, 100], 10, 1.0).percentile

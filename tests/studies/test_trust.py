@@ -35,6 +35,7 @@ from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import limits, summary, trust
 from hpcrub.studies.contact.layout import KINDS
 from hpcrub.studies.contact.survey import shared_uncertainty, survey
+from tests.plot.stored import PATTERN, PHYSICS, File
 from tests.program import TINY, lay_out, run_here, swept
 
 RUNS = np.array([31.0, 29.0, 30.0, 33.0, 28.0, 30.0, 31.0, 32.0, 30.0]) * 1e-3
@@ -256,6 +257,39 @@ def test_limits_have_a_probability_with_its_interval(file):
     contact_file.write_sample(file, 1, 1, {"status": FAILED})
     text = "\n".join(limits.limit_lines(file, usable=True))
     assert "±4 %: 1 of 2 disks exceed 35 mm or have no result, a probability of 1.3 to 99" in text
+
+
+@pytest.mark.parametrize(
+    ("peak", "status", "does"),
+    [(0.04, DONE, "exceeds 35 mm"), (0.03, DONE, "does not exceed 35 mm"),
+     (np.nan, FAILED, "has no result")],
+)  # fmt: skip
+def test_the_one_disk_of_a_pattern_has_no_probability(peak, status, does):
+    """One disk of one was said to exceed a limit with a probability of 2.5 to 100 %."""
+    text = f"{PHYSICS}{PATTERN}contact: {{law: abradable}}\nlimits: {{amplitude_mm: 35}}\n"
+    found = File(
+        text, half_range=[0.024], samples__status=np.array([[status]]),
+        samples__peak_amplitude_m=np.array([[peak]]), tuned__run_deepest_m=np.array([1e-3]),
+        samples__deepest_m=np.array([[2e-3 if status == DONE else np.nan]]),
+    )  # fmt: skip
+    assert list(limits.limit_lines(found, usable=True)) == [f"the disk of the pattern {does}"]
+    depths = list(limits.depth_lines(found))[1:]
+    cuts = "the disk of the pattern cuts 2 mm deep, 2.00 times the tuned one"
+    assert depths == [cuts] * (status == DONE)
+
+
+def test_the_table_of_a_pattern_on_a_coating_has_the_amplitudes_of_the_other_lines():
+    """It had those of the last window: 84 mm beside a tuned peak of 123 mm."""
+    tuned, own, factor = np.array([[0.12, 0.1, 0.11], [0.09, 0.1, 0.08], [0.1, 0.2, 0.3]])
+    found = File(
+        f"{PHYSICS}{PATTERN}contact: {{law: abradable}}\n", speeds_hz=np.array([34.0, 34.2, 34.4]),
+        tuned__largest_amplitude_m=tuned, tuned__amplitude_m=0.5 * tuned[::-1],
+        samples__largest_amplitude_m=own[None, None], samples__amplitude_m=0.5 * own[None, None],
+        tuned__localisation=factor, samples__localisation=factor[None, None],
+    )  # fmt: skip
+    rows = [list(column.cells) for column in summary.pattern_table(found).columns[1:]]
+    assert rows == [["120.0", "100.0", "80.0"], ["34.00", "34.20", "34.40"],
+                    ["10.0", "20.0", "30.0"]]  # fmt: skip
 
 
 @pytest.mark.parametrize("n", [10, 40, 190])

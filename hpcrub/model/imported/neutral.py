@@ -50,6 +50,7 @@ class NeutralModel(NamedTuple):
     stress: Any = NO_STRESS  # (R, n) stress at R places [Pa per coordinate]; sparse unless reduced
     stress_blade: np.ndarray = NONE  # (R,) blade of each place
     stress_static: np.ndarray = np.zeros(0)  # (R,) stress by the rotation [Pa]; (0,): not known
+    speeds: np.ndarray = np.zeros(0)  # between which K0, K1, K2 are known [Hz]; (0,): anywhere
     # (n,) in an assembled disk: blade that has stiffness in the row, -1 where no blade has any
     row_blade: np.ndarray = NONE
 
@@ -118,6 +119,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
     n = len(dof)
     nodes = left.floats("nodes", 3) * length * flip
     _check_dof(dof, len(nodes))
+    stiffness, speeds = _stiffness(left, n, time)
     scale = np.where(np.isin(dof[:, 1], ROTATIONS), 1.0, 1.0 / length)
     scale *= np.where(dof[:, 1] > 0, flip[(dof[:, 1] - 1) % 3], 1.0)
     work = mass * (length / time) ** 2  # the file's unit of work [J]
@@ -128,9 +130,9 @@ def from_arrays(arrays: dict) -> NeutralModel:
         kind=kind,
         mass=_scaled(left.symmetric("M", n), scale, work * time**2),
         stiffness=tuple(
-            _scaled(k, scale, work * time ** (2 * power))
-            for power, k in enumerate(_stiffness(left, n, time))
+            _scaled(k, scale, work * time ** (2 * power)) for power, k in enumerate(stiffness)
         ),
+        speeds=speeds,
         nodes=nodes,
         dof=dof,
         frame=frame,
@@ -186,6 +188,8 @@ def to_arrays(model: NeutralModel) -> dict:
     arrays = {"hpcrub_model": np.array(VERSION), "units": np.array("m kg s")}
     arrays |= {name: np.array(getattr(model, name)) for name in ("kind", "frame", "n_sectors")}
     names = POLYNOMIAL if len(model.stiffness) > 1 else ("K",)
+    if len(model.speeds):
+        arrays["speeds_hz"] = model.speeds
     matrices = dict(zip(names, model.stiffness, strict=True)) | {"M": model.mass}
     if model.blade_stiffness is not None:
         matrices["K_blade"] = model.blade_stiffness
@@ -311,18 +315,20 @@ def _unit_normals(normal):
 
 
 def _stiffness(left, n, time):
-    """Return (K0,) or (K0, K1, K2), in the file's units."""
+    """Return (K0,) or (K0, K1, K2), in the file's units, and the speeds that they were made of."""
     if left.has("K"):
-        return (left.symmetric("K", n),)
+        return (left.symmetric("K", n),), np.zeros(0)
     if left.has(POLYNOMIAL[0]):
         K0, K1 = (left.symmetric(name, n) for name in POLYNOMIAL[:2])
-        return K0, K1, left.symmetric("K2", n) if left.has("K2") else 0.0 * K1
+        K2 = left.symmetric("K2", n) if left.has("K2") else 0.0 * K1
+        return (K0, K1, K2), left.floats("speeds_hz", default=np.zeros(0))
     if not left.has(AT_SPEEDS[0]):
         raise InputError(f"K: there is neither K, nor {POLYNOMIAL[0]}, nor {AT_SPEEDS[0]}")
-    speeds = 2 * np.pi * left.floats("speeds_hz") * time  # [rad per unit of time]
+    speeds = left.floats("speeds_hz")
     if len(speeds) != 3 or len(np.unique(speeds**2)) != 3:
         raise InputError("speeds_hz: three different speeds are needed, those of K_at_1 to K_at_3")
-    return polynomial([left.symmetric(name, n) for name in AT_SPEEDS], speeds)
+    of_file = 2 * np.pi * speeds * time  # [rad per unit of time]
+    return polynomial([left.symmetric(name, n) for name in AT_SPEEDS], of_file), np.abs(speeds)
 
 
 def _blade_stiffness(left, kind, n, scale, work):

@@ -38,6 +38,7 @@ def reduce_disk(
         kind="reduced",
         mass=project(disk.mass, basis),
         stiffness=tuple(project(k, basis) for k in disk.stiffness),
+        speeds=disk.speeds,
         nodes=disk.nodes[disk.contact_node],
         dof=dof,
         frame="cylindrical",

@@ -114,6 +114,10 @@ def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
     for values, limit, words in limited:
         for half_range, sizes, lost in zip(file.read("half_range"), values, failed, strict=True):
             above, n = int(np.count_nonzero(sizes > limit)) + lost, len(sizes) + lost
+            if config.pattern_deviation is not None:  # one disk has no probability
+                does = "has no result" if lost else "exceeds" if above else "does not exceed"
+                yield f"the disk of the pattern {does}{f' {words}' * (not lost)}{caveat}"
+                continue
             low, high = probability_interval(above, n, Z_95)
             or_lost = " or have no result" if lost else ""
             yield (
@@ -131,9 +135,15 @@ def depth_lines(file: ResultFile) -> Iterator[str]:
     yield from _tuned_depth_line(runs, depth_of_all(file.config))
     for level, half_range in enumerate(file.read("half_range")):
         depth = finished(file, level, "deepest_m")
-        if len(depth):
-            line = _depth_line(depth, runs, depth_of_all(file.config))
-            yield f"±{100 * half_range:.3g} %: {line}"
+        if not len(depth):
+            continue
+        if file.config.pattern_deviation is not None:
+            is_through = depth[0] >= REACHED * depth_of_all(file.config)
+            deep = "through the coating" if is_through else _deep(depth[0], runs)
+            yield f"the disk of the pattern cuts {deep}"
+            continue
+        line = _depth_line(depth, runs, depth_of_all(file.config))
+        yield f"±{100 * half_range:.3g} %: {line}"
 
 
 def _tuned_depth_line(runs, all_of_it):
@@ -161,13 +171,18 @@ def _depth_line(depth, runs, all_of_it):
             f"{through} of {len(depth)} disks cut through the coating, a share of {percent(low)} "
             f"to {percent(high)} % (95 % interval)"
         )
-    ratio = depth.max() / np.median(runs) if len(runs) and np.median(runs) > 0.0 else np.inf
-    times = f", {ratio:.2f} times the tuned one" if np.isfinite(ratio) else ""
     beyond = probability_interval(0, len(depth), Z_95)[1]
     return (
-        f"the worst of {len(depth)} disks cuts {1e3 * depth.max():.3g} mm deep{times}; another "
-        f"disk cuts deeper with a probability below {percent(beyond)} % (95 % confidence)"
+        f"the worst of {len(depth)} disks cuts {_deep(depth.max(), runs)}; another disk cuts "
+        f"deeper with a probability below {percent(beyond)} % (95 % confidence)"
     )
+
+
+def _deep(depth, runs):
+    """A depth in words, beside the median of the runs of the tuned disk."""
+    ratio = depth / np.median(runs) if len(runs) and np.median(runs) > 0.0 else np.inf
+    times = f", {ratio:.2f} times the tuned one" if np.isfinite(ratio) else ""
+    return f"{1e3 * depth:.3g} mm deep{times}"
 
 
 def depth_of_all(config: Config) -> float:

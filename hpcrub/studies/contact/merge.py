@@ -55,9 +55,11 @@ def merge(
             raise InputError(f"{unfinished} is what a killed merge has left: rename it to use it")
         config, tuned, origin = _survey(out, paths, samples)
         if ", " in origin["program_text"] and not allow_mixed:
+            revisions = origin.get("git_revision", "not known")
             raise InputError(
-                "the parts were computed by different programs, of the revisions "
-                f"{origin['git_revision']}: --allow-mixed merges them and names all"
+                "the parts were computed by different programs, of the texts "
+                f"{origin['program_text']} (revisions: {revisions}): --allow-mixed merges them and "
+                "names all"
             )
         storage.refuse_foreign(out)
         if _is_part(out):

@@ -21,7 +21,7 @@ from hpcrub.statistics.percentiles import (
     widened,
 )
 from hpcrub.studies.contact import limits, measured, survey, trust
-from hpcrub.studies.contact.layout import AMPLIFICATION
+from hpcrub.studies.contact.layout import AMPLIFICATION, amplitude, amplitude_in_words
 from hpcrub.studies.shared import casing_motion
 
 
@@ -173,17 +173,22 @@ def _last_error(error):
 
 
 def pattern_table(file: ResultFile) -> Table:
-    """Largest amplitude and localisation of the tuned disk and of an explicit pattern."""
-    headings = "", "[mm]", "[Hz]", "LF [%]"
-    table = progress.table("Amplitude, speed, localisation factor", headings)
+    """Largest amplitude and localisation of the tuned disk and of an explicit pattern.
+
+    The amplitude is that of the study, on a coating the largest at any time; the localisation is
+    that of the end.
+    """
+    headings, size_of = ("", "[mm]", "[Hz]", "LF [%]"), amplitude(file.config)
+    what = amplitude_in_words(file.config).capitalize()
+    table = progress.table(f"{what}, speed, localisation factor", headings)
     table.columns[0].justify = "left"
     speeds = file.read("speeds_hz")
     for name, group, where, by in (
-        ("tuned, largest amplitude", "tuned", (), "amplitude_m"),
-        ("pattern, largest amplitude", "samples", (0, 0), "amplitude_m"),
+        ("tuned, largest amplitude", "tuned", (), size_of),
+        ("pattern, largest amplitude", "samples", (0, 0), size_of),
         ("pattern, largest localisation", "samples", (0, 0), "localisation"),
     ):
-        keys = "amplitude_m", "localisation"
+        keys = size_of, "localisation"
         values = {key: file.read(f"{group}/{key}", where) for key in keys}
         if np.isfinite(values[by]).any():
             best = np.nanargmax(values[by])

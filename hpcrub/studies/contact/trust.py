@@ -7,6 +7,7 @@ import numpy as np
 
 from hpcrub.config.text import counted
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
+from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.verdict import FEW, REMARK, SINGLE, USELESS, Finding
@@ -38,6 +39,9 @@ def _findings(file, counts):
     yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
     lost = sum(n_failed(file, level) for level in range(len(config.levels)))
     n, missing = n_counted(file), "are missing in all percentiles"
+    if not (file.status != PENDING).any():
+        advice = "no mistuned disk is finished; the same input with --resume goes on"
+        yield Finding(USELESS, "no mistuned disk is finished", advice)
     yield from verdict.without_result(lost, n * len(config.levels), missing)
     yield from _worn_through(file)
     yield from verdict.kinematics(config, counts.largest)

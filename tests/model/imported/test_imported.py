@@ -35,6 +35,7 @@ from hpcrub.model.imported import (
     neutral,
     reduced,
 )
+from hpcrub.model.imported.arrays import stored
 from hpcrub.model.imported.neutral import polynomial, stiffness_at
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.scene import Scene
@@ -372,14 +373,38 @@ def test_frequencies_of_another_speed_with_shapes_of_the_middle_err_by_second_or
 def test_crossings_beyond_the_speeds_of_the_stiffness_have_a_star(sector, capsys):
     K1 = sp.diags_array(np.full(len(sector.dof), 0.3)) @ sector.mass
     spun = sector._replace(stiffness=(sector.stiffness[0], K1, 0.0 * K1))
-    for speeds in ([], ["100=a.inp", "500=b.inp"]):
-        import_model.report(spun, SimpleNamespace(speed_hz=150.0, turns=1, stiffness=speeds))
+    for speeds in ([], [0.0, 100.0, 500.0], [200.0, 300.0, 600.0]):
+        spun = spun._replace(speeds=np.array(speeds))
+        import_model.report(spun, SimpleNamespace(speed_hz=150.0, turns=1))
         out = capsys.readouterr().out
         met = re.findall(r"n_d = \d+: ([\d.]+)(\*?)", out)
-        known = float(speeds[-1].partition("=")[0]) if speeds else np.inf
-        assert [bool(star) for _, star in met] == [float(hz) > known for hz, _ in met]
+        low, high = (speeds[0], speeds[-1]) if speeds else (0.0, np.inf)
+        assert [bool(star) for _, star in met] == [not low <= float(hz) <= high for hz, _ in met]
         assert ("extrapolated beyond" in out) == bool(speeds)
+        assert ("at 150 Hz*" in out) == (low > 150.0)
         assert min(float(hz) for hz, _ in met) < 500.0 < max(float(hz) for hz, _ in met)
+
+
+def test_a_file_of_several_speeds_knows_them_after_its_reduction_too(sector, tmp_path, capsys):
+    """Its crossings had no star, and what was written of it did not tell the speeds."""
+    arrays = neutral.to_arrays(sector)
+    at = {"speeds_hz": np.array([0.0, 200.0, 600.0])}
+    for name, speed in zip(neutral.AT_SPEEDS, at["speeds_hz"], strict=True):
+        spun = sector.stiffness[0] + 0.3 * (2 * np.pi * speed) ** 2 * sector.mass
+        at |= stored(name, sp.csr_array(sp.triu(spun)))
+    whole = {name: a for name, a in arrays.items() if name.partition("/")[0] != "K"} | at
+    names = [str(tmp_path / name) for name in ("at_speeds.h5", "reduced.h5")]
+    model_file.write(names[0], whole)
+    said = []
+    for name, more in zip(names, (["--reduce", "10", "--output", names[1]], []), strict=True):
+        assert import_model.main(["model", name, *more]) == 0
+        out = capsys.readouterr().out
+        said.append(re.findall(r"n_d = \d+: [\d.]+\*?", out))
+        assert "extrapolated beyond 0 to 600 Hz" in out
+    for found in said:
+        hz = [float(words.split(": ")[1].rstrip("*")) for words in found]
+        assert [words.endswith("*") for words in found] == [value > 600.0 for value in hz]
+        assert min(hz) < 600.0 < max(hz)
 
 
 def test_first_crossing_is_where_the_first_frequency_is_the_engine_order(sector):
