@@ -27,9 +27,9 @@ import numpy as np
 from evidence import page, progress
 from hpcrub import studies
 from hpcrub.config.schema import Config
+from hpcrub.contact.lanes import WIDTHS
 from hpcrub.contact.status import AVERAGED, STEADY
 from hpcrub.errors import InputError
-from hpcrub.response.band import NARROWEST
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results import model_file
 from hpcrub.setup import imported, plausibility
@@ -255,7 +255,7 @@ def sweep(config: Config, motion: Motion | None = None) -> tuple[SweepResult, Mo
     speeds = config.speeds.values_hz
     if motion is None:
         motion = Motion.at_rest(len(speeds), len(modes.omega))
-    return run_sweep(modes, problem.scene, speeds, None, NARROWEST, motion=motion), motion
+    return run_sweep(modes, problem.scene, speeds, None, WIDTHS[0], motion=motion), motion
 
 
 def pairs_of(a: SweepResult, b: SweepResult) -> Pairs:

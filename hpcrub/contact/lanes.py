@@ -22,6 +22,7 @@ import numpy as np
 from hpcrub.contact import machine
 
 TILE, WIDTH, BLOCK = machine.shape()
+WIDTHS = (*(n for n in machine.LANES if n < WIDTH), WIDTH)  # numbers of lanes on this machine
 TIPS, PAIR, ONE = (0,) * TILE, (0,) * 2, (0,)  # tiles of different sizes
 PLACES = (0,) * 8  # width of a vector that holds eight stresses of one lane
 

@@ -6,8 +6,10 @@ benchmarks override the rule by the environment variable ``HPCRUB_SHAPE``: tile,
 as in "6x8x60".
 """
 
+import contextlib
 import os
 import platform
+from pathlib import Path
 from typing import NamedTuple
 
 import numba
@@ -20,6 +22,7 @@ FEWEST = 4  # vectors of a tile: with fewer, the modes are read too often
 MODES = 84  # modes of the reference disk, whose motion and coefficients should fit the cache
 ROWS = 4  # numbers of a mode per lane: position, increment, decay and gain
 SMALL_CACHE = 32 << 10  # size [bytes] where the system does not tell
+CACHES = Path("/sys/devices/system/cpu/cpu0/cache")  # where Linux tells
 
 
 class Machine(NamedTuple):
@@ -45,17 +48,23 @@ def this_machine() -> Machine:
         has = {word[1:] for word in words if word.startswith("+")}
     else:
         has = {name for name, there in binding.get_host_cpu_features().items() if there}
-    try:
-        cache = os.sysconf("SC_LEVEL1_DCACHE_SIZE")
-    except (AttributeError, ValueError, OSError):  # not Linux
-        cache = 0
     if "avx512f" in has:
         registers, vector = 32, 8
     elif platform.machine().lower() in ("arm64", "aarch64"):
         registers, vector = 32, 2
     else:
         registers, vector = 16, 4 if "avx" in has else 2
-    return Machine(registers, vector, cache if cache > 0 else SMALL_CACHE)
+    return Machine(registers, vector, first_level_cache() or SMALL_CACHE)
+
+
+def first_level_cache() -> int:
+    """Size of the first-level data cache [bytes]; 0 where the system does not tell."""
+    for cache in CACHES.glob("index*"):
+        with contextlib.suppress(OSError, ValueError):
+            level, kind, size = ((cache / name).read_text() for name in ("level", "type", "size"))
+            if int(level) == 1 and kind.strip() != "Instruction":
+                return int(size.strip().removesuffix("K")) << 10
+    return 0
 
 
 def shape_for(machine: Machine) -> Shape:

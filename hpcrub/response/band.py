@@ -13,7 +13,6 @@ import numpy as np
 
 from hpcrub.contact import bank, integrate, status
 from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes
-from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.observers import Record, strokes
 from hpcrub.contact.status import DIVERGED
 from hpcrub.model.reduction import Modes
@@ -25,7 +24,6 @@ from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import check_blocks, localisation
 from hpcrub.response.wear import Wearing
 
-NARROWEST = max(WIDTH // 2, 4)  # fewest lanes with which a sweep goes on for its last speeds
 PIECE = 16384  # steps between two polls, if a block is not longer
 NEVER = 1e-9  # decay rate [1/s] that stands for a motion that grows by itself
 
@@ -154,12 +152,13 @@ class Band:
         return n_steps
 
     def _narrow(self):
-        """Drop half the lanes when enough are idle: a step of fewer lanes costs less."""
-        half, running = len(self.lanes) // 2, [lane for lane, _ in self._running()]
-        if not self.scene.halves_lanes or half < NARROWEST or len(running) > half:
+        """Drop idle lanes where fewer lanes are enough, whose steps cost less."""
+        running = [lane for lane, _ in self._running()]
+        enough = self.scene.lanes_for(len(running))
+        if enough >= len(self.lanes):
             return
         idle = [lane for lane, course in enumerate(self.lanes) if course is None]
-        kept = (running + idle)[:half]
+        kept = (running + idle)[:enough]
         self.bank, self.record = self.bank.take(kept), take_lanes(self.record, kept)
         self.lanes = [self.lanes[lane] for lane in kept]
 

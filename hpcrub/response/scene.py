@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.protocols import Law
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.coating import Coating, ElasticCasing
@@ -38,8 +39,7 @@ class Scene(NamedTuple):
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
     observes_stress: bool = False  # whether to follow the stresses of the interface, too
-    # whether a sweep goes on with half the lanes when few speeds are left: a second compilation
-    halves_lanes: bool = False
+    lanes: tuple[int, ...] = (WIDTH,)  # numbers that a sweep may take, increasing; each is compiled
 
     def at(self, speed_hz: float) -> "Scene":
         """The scene at a speed of rotation [Hz]."""
@@ -47,6 +47,10 @@ class Scene(NamedTuple):
             return self
         clearance = float(np.interp(speed_hz, *np.array(self.running).T))
         return self._replace(clearance=clearance, running=None)
+
+    def lanes_for(self, n_speeds: int) -> int:
+        """Fewest lanes that hold so many speeds; most lanes where none do."""
+        return next((n for n in self.lanes if n >= n_speeds), self.lanes[-1])
 
     @property
     def with_half_the_step(self) -> "Scene":

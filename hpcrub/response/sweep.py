@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 
 from hpcrub.contact import status
-from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Band
@@ -86,7 +85,7 @@ def run_sweep(
     scene: Scene,
     speeds_hz: npt.ArrayLike,
     poll: Callable[[], object] | None = None,
-    width: int = WIDTH,
+    width: int | None = None,
     selection: Iterable[int] | None = None,
     motion: Motion | None = None,
 ) -> SweepResult:
@@ -96,7 +95,8 @@ def run_sweep(
     - speeds_hz: (S,) of rotation [Hz].
     - poll: called without arguments after every PIECE of steps, some hundredths of a second; an
       exception from it ends the sweep.
-    - width: speeds integrated together; it changes the cost, and not one bit of the result.
+    - width: speeds integrated together, by default as many of `Scene.lanes` as the speeds fill; it
+      changes the cost, and not one bit of the result.
     - selection: indices of the speeds to integrate, all by default. A sweep in parts takes the
       same steps, and gives the same bits, as the whole sweep.
     - motion: initial motion, rest by default (modified: it becomes the motion at the end).
@@ -114,7 +114,8 @@ def run_sweep(
         # fastest first: they take longest to settle, and should not be left to the last lanes
         waiting = [i for i in band[::-1] if i in wanted]
         if waiting:
-            lanes = Band(modes, scene, grid, speeds_hz, width, motion)
+            n_lanes = width or scene.lanes_for(len(waiting))
+            lanes = Band(modes, scene, grid, speeds_hz, n_lanes, motion)
             n_steps += lanes.run(waiting, out, poll)
     return out._replace(n_steps=n_steps)
 

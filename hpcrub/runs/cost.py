@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.contact.lanes import WIDTH
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history, sweep
-from hpcrub.response.band import NARROWEST
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.sweep import SweepResult
@@ -83,13 +83,13 @@ def trial(
 
 def _speeds(config, solid):
     """Some speeds of a configuration [Hz]; few of them leave lanes idle, here as in the study."""
-    speeds, most = config.speeds.values_hz, sweep.WIDTH if solid else MEASURED_SPEEDS
+    speeds, most = config.speeds.values_hz, WIDTH if solid else MEASURED_SPEEDS
     return speeds[np.linspace(0, len(speeds) - 1, min(len(speeds), most)).round().astype(int)]
 
 
 def _within_reason(modes, scene, speeds):
     """Return speeds and scene of a trial within LONGEST: fewer speeds, then less time at each."""
-    steady, some = scene.steady, speeds[:: -(-len(speeds) // sweep.WIDTH)]
+    steady, some = scene.steady, speeds[:: -(-len(speeds) // WIDTH)]
     short = steady._replace(first_check=MEASURED_TIME, max_time=MEASURED_TIME)
     rest = sweep.Motion.at_rest(len(some), modes.n_rows)
     started = time.perf_counter()
@@ -98,7 +98,7 @@ def _within_reason(modes, scene, speeds):
     points = steps / short_sweep.n_steps * short_sweep.time.sum() / steady.max_time
     if points >= len(speeds):
         return speeds, scene
-    few = speeds[:: max(1, len(speeds) // max(NARROWEST, int(points)))]
+    few = speeds[:: max(1, len(speeds) // max(WIDTH // 2, int(points)))]
     longest = max(steady.max_time * min(1.0, points / len(few)), MEASURED_TIME)
     first = min(steady.first_check, longest)
     return few, scene._replace(steady=steady._replace(first_check=first, max_time=longest))

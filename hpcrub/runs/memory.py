@@ -6,10 +6,10 @@ The layout of the result file reserves the space on the disk.
 import math
 import os
 
+from hpcrub.contact.lanes import WIDTH
 from hpcrub.errors import InputError
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
-from hpcrub.response.sweep import WIDTH
 from hpcrub.response.wear import N_ANGLES, REVOLUTIONS
 from hpcrub.runs.study import Run
 from hpcrub.setup import imported

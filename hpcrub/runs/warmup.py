@@ -9,7 +9,6 @@ from hpcrub.model.reduction import Modes
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import Progress
 from hpcrub.response import history, sweep
-from hpcrub.response.band import NARROWEST
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import Problem
@@ -33,7 +32,7 @@ def warm_up(
 
 def _load(modes, scene, histories):
     modes, scene = _smallest_case(modes, scene)
-    for width in {sweep.WIDTH, NARROWEST if scene.halves_lanes else sweep.WIDTH}:
+    for width in scene.lanes:
         sweep.run_sweep(modes, scene, [100.0], width=width)
     if histories:
         list(history.integrate(modes, scene, np.array([100.0]), scene.steady.first_check))

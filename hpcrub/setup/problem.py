@@ -8,11 +8,13 @@ import numpy as np
 
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
+from hpcrub.contact.lanes import WIDTHS
 from hpcrub.errors import InputError
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.disk import build_disk
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel, craig_bampton
+from hpcrub.response.revolution import speed_bands
 from hpcrub.response.scene import RECORD_INTERVAL, Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup import imported
@@ -20,9 +22,10 @@ from hpcrub.setup.aero import air_of
 from hpcrub.setup.casing import casing_modes_of
 from hpcrub.setup.laws import law_of
 
-# Numbers of samples, for a planar disk and for a model file, from which a kernel of half the lanes
-# gains more time than its compilation takes (docs/kernel.md).
+# Numbers of samples, for a planar disk and for a model file, from which kernels of several widths
+# gain more time than their compilation takes (docs/kernel.md).
 MANY_SAMPLES = 500, 20
+ALONE = 8  # most lanes of a sweep that cannot go on with fewer at its end
 FURTHEST = 3e-4  # bound of the change of stiffness from run to run of one disk (`disks.apart`)
 SMALLEST = 1e-13  # of the largest eigenvalue: smaller eigenvalues have hardly a correct digit
 
@@ -119,8 +122,16 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
         steady=SteadyCriteria(*(getattr(steady, name) for name in SteadyCriteria._fields)),
         observes_stress=config.observes_stress,
-        halves_lanes=config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None],
+        lanes=_lanes(config),
     )
+
+
+def _lanes(config):
+    """Numbers of lanes for a configuration: as many as its speeds fill, and fewer at the end."""
+    most = max(map(len, speed_bands(config.speeds.values_hz)))
+    fit = next((n for n in WIDTHS if n >= most), WIDTHS[-1])
+    many = config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None]
+    return tuple(n for n in WIDTHS if n <= fit) if many else (min(fit, ALONE),)
 
 
 def _beside_rotation(config, interface):

@@ -16,6 +16,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
+from hpcrub.contact.lanes import WIDTHS
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model import mistuning
 from hpcrub.model.reduction import Modes
@@ -65,7 +66,7 @@ def follow(
         if before is not None and whole.point_status[before] != DIVERGED:
             for values in motion:
                 values[i] = values[before]
-        result = run_sweep(modes, scene, speeds_hz, poll, selection=[i], motion=motion, width=8)
+        result = run_sweep(modes, scene, speeds_hz, poll, selection=[i], motion=motion)
         whole.take(i, result)
     return whole
 
@@ -128,6 +129,13 @@ class Branches(StudyInTime):
     def constants(self, config: Config) -> dict[str, Any]:
         """Stiffness deviations of the disk."""
         return {"deviation": disks(config)[-1]}
+
+    def prepare(self, config: Config) -> Any:
+        """Problem and modes, with few lanes for continuations, which take a speed at a time."""
+        prepared = super().prepare(config)
+        scene = prepared.problem.scene
+        scene = scene._replace(lanes=tuple(sorted({WIDTHS[0], *scene.lanes})))
+        return prepared._replace(problem=prepared.problem._replace(scene=scene))
 
     def n_tasks(self, config: Config) -> int:
         """One task for every initial state."""

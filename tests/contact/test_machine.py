@@ -11,7 +11,15 @@ import pytest
 
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
-from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, Shape, shape_for
+from hpcrub.contact.machine import (
+    LANES,
+    ROWS,
+    TILES,
+    Machine,
+    Shape,
+    first_level_cache,
+    shape_for,
+)
 from hpcrub.contact.observers import Record
 from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.reduction import Modes
@@ -38,6 +46,13 @@ KIB = 1 << 10
 )
 def test_the_shape_of_usual_machines(registers, cache, shape):
     assert shape_for(Machine(*registers, cache)) == shape
+
+
+def test_the_cache_is_that_which_the_c_library_tells():
+    told = int(subprocess.check_output(["getconf", "LEVEL1_DCACHE_SIZE"]))
+    if told == 0:
+        pytest.skip("the C library does not tell the cache of this processor")
+    assert first_level_cache() == told
 
 
 @pytest.mark.parametrize("registers", [8, 16, 32])

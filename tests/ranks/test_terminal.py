@@ -15,11 +15,10 @@ import pytest
 
 from hpcrub import studies
 from hpcrub.config.schema import Config
-from hpcrub.contact.lanes import WIDTH
+from hpcrub.contact.lanes import WIDTHS
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import Work
-from hpcrub.response.band import NARROWEST
 from hpcrub.results.layout import DONE
 from hpcrub.runs.study import Job
 from tests.program import ENVIRONMENT, ROOT, TINY, command, error_lines, run, run_here
@@ -56,10 +55,10 @@ def test_nothing_is_compiled_in_a_task(tmp_path):
     (tmp_path / "warm.py").write_text(WARM)
     contact = TINY.replace("to_hz: 34.4", "to_hz: 34.0")
     response = contact + "study: time_response\nhistory: {duration_s: 0.5}"
-    many = contact.replace("samples: 2", "samples: 500")  # whose sweeps halve their lanes
+    many = TINY.replace("samples: 2", "samples: 500").replace("step_hz: 0.2", "step_hz: 0.1")
     code, out, err = run(0, contact, response, many, folder=tmp_path, script="warm.py", timeout=300)
-    halved = 2 + (NARROWEST < WIDTH)
-    assert (code, out.split()) == (0, ["1", "2", str(halved)]), err
+    wider = 2 + (len(WIDTHS) > 1)  # five speeds fill eight lanes, and end with four
+    assert (code, out.split()) == (0, ["1", "2", str(wider)]), err
 
 
 def test_an_output_without_our_characters_gets_others(monkeypatch):

@@ -314,7 +314,7 @@ def test_every_speed_follows_the_one_before(monkeypatch, downwards):
     """From where that has ended; beside a diverged one, from the motion that was given."""
     begun = {}
 
-    def fake(modes, scene, speeds_hz, poll, selection, motion, width):
+    def fake(modes, scene, speeds_hz, poll, selection, motion):
         (i,) = selection
         begun[i] = [float(np.ravel(values[i])[0]) for values in motion]
         for number, values in enumerate(motion):
