@@ -7,6 +7,7 @@ lowest ones (docs/tutorial_blisk.md). Ends with 1 when a frequency is not that o
 import argparse
 from pathlib import Path
 
+from evidence import calculix as ccx
 from evidence.blisk import calculix, frequencies
 from hpcrub.commands import import_model
 
@@ -24,7 +25,8 @@ def main(argv=None):
     calculix.write_decks(folder)
     if options.decks:
         return 0
-    calculix.run(folder)
+    for name in calculix.MATRICES + calculix.CHECKS:
+        ccx.run(folder / f"{name}.inp")
     for command in imports(folder):
         print("hpcrub import " + " ".join(command), flush=True)
         if code := import_model.main(command):

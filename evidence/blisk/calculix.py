@@ -1,4 +1,4 @@
-"""Decks of the blisk, and CalculiX on them."""
+"""Decks of the blisk."""
 
 from pathlib import Path
 
@@ -39,9 +39,3 @@ def _about(speed_hz):
     if not speed_hz:
         return ccx.STEP
     return ccx.STATIC + ccx.SPINNING.format((2 * np.pi * speed_hz) ** 2) + ccx.END + ccx.PERTURBED
-
-
-def run(folder: Path) -> None:
-    """Run CalculiX on all decks of a folder. Raises SystemExit when it is missing or fails."""
-    for name in MATRICES + CHECKS:
-        ccx.run(folder / f"{name}.inp")
