@@ -83,18 +83,14 @@ def reduce(
         at_speeds = []
         for model in models:
             there, others = Cyclic(model, diameters).modes(2 * n_followed)
-            found = there[_like(followed, others)]
+            likeness = np.abs(followed.conj().T @ others)
+            # of the other modes that each of ours is most like, no one twice
+            found = there[linear_sum_assignment(likeness, maximize=True)[1]]
             change = values[:n_followed] * (found / squares - 1.0)
             at_speeds.append(part.stiffness + _hermitian((momentum * change) @ momentum.conj().T))
         parts.append(part)
         stiffness.append(np.array(at_speeds))
     return parts, stiffness
-
-
-def _like(momentum, others):
-    """Which of the other modes each of some is most like, no one twice."""
-    likeness = np.abs(momentum.conj().T @ others)
-    return linear_sum_assignment(likeness, maximize=True)[1]
 
 
 def _hermitian(a):
