@@ -1,5 +1,6 @@
 """What samples and parts of samples cost here, in seconds of processor time."""
 
+import functools
 import time
 from typing import NamedTuple
 
@@ -50,14 +51,12 @@ def measure(config, n_samples):
         whole.append(time.process_time() - ticks[0])
         polls.extend(np.diff(ticks))
         most = most_parts(len(speeds))
-        parts.append({n: _cut(modes, problem.scene, speeds, n) for n in range(2, most + 1)})
-    single = [_seconds(modes, problem.scene, speeds, [i]) for i in range(0, len(speeds), 4)]
+        takes = functools.partial(_seconds, modes, problem.scene, speeds)
+        parts.append({n: [takes(range(part, len(speeds), n)) for part in range(n)]
+                      for n in range(2, most + 1)})  # fmt: skip
+    single = [takes([i]) for i in range(0, len(speeds), 4)]
     whole, polls, single = map(np.array, (whole, polls, single))
     return Costs(whole, parts, polls, single, float(np.median(finish)))
-
-
-def _cut(modes, scene, speeds, n):
-    return [_seconds(modes, scene, speeds, range(part, len(speeds), n)) for part in range(n)]
 
 
 def _seconds(modes, scene, speeds, selection):

@@ -18,7 +18,9 @@ VARIANTS = {"as it is": True, "samples never cut": False}  # whether samples are
 def machine(found):
     """What a rank of this machine needs besides integrating in time, a `simulate.Machine`."""
     finish = np.median([costs.finish for costs in found["costs"].values()])
-    finish += program.writing(found["studies"][1])
+    alone = found["studies"][1]
+    busy = (1.0 - alone["idle_share"]) * alone["core_seconds"]
+    finish += alone["writing_share"] * busy / max(alone["done_in_this_run"], 1)
     return simulate.Machine(found["receive"], found["send"], float(finish))
 
 
