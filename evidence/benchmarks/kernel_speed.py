@@ -21,6 +21,7 @@ N_MODES = (36, 60, 120)
 WARM = 80  # blocks until the blades rub as they do most of the time
 REPEATS = 7  # of which the best counts
 SIDES = 5  # comparisons, in turns
+LARGE = 1024  # rows of the matrices whose product shows the machine's limit
 
 
 def best(function, repeats=REPEATS):
@@ -107,12 +108,6 @@ def run_c(name, sizes, scalars, arrays):
     return min([float(word) for word in run.stdout.split()] for run in runs)
 
 
-def peak_gflops(n=1024):
-    """Floating-point operations per second of a large matrix product on one core [1e9/s]."""
-    a = np.random.default_rng(0).random((n, n))
-    return 2.0 * n**3 / best(lambda: a @ a) / 1e9
-
-
 def needed_flops(n_modes, n_points, n_contacts, sweeps=6):
     """Floating-point operations that one step of one speed needs: modes, penetrations, contacts."""
     modal = 6 * n_modes
@@ -128,10 +123,11 @@ def beside(lanes, c, flops, contacts, n_blocks=10, recording=()):
     In turns, as the machine's speed drifts; c: function of the lanes.
     """
     rows, over_c, below = [], [], []
+    large = np.random.default_rng(0).random((LARGE, LARGE))
     for _ in range(SIDES):
         ours = lanes.rate(n_blocks)
         others = [lanes.rate(n_blocks, recording=True) for _ in recording]
-        theirs, gflops = c(lanes), peak_gflops()
+        theirs, gflops = c(lanes), 2e-9 * LARGE**3 / best(lambda: large @ large)
         limit = 1e9 * gflops / flops
         over_c.append(ours / theirs)
         below.append(limit / ours)
