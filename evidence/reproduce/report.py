@@ -108,7 +108,9 @@ def figures(folder, target):
             continue
         picture = pictures / f"figure_{number}_{name}.png"
         if number == "7":
-            draw_table_2(paths[0], picture)
+            drawing = Figure(layout="constrained")
+            mark_points(*plot.summary(paths[0], drawing))
+            drawing.savefig(picture, dpi=150, bbox_inches="tight")
         else:
             try:
                 (drawn,) = draw(getattr(plot, figure), paths, pictures)
@@ -120,15 +122,8 @@ def figures(folder, target):
     return "\n".join(parts)
 
 
-def draw_table_2(path, picture):
-    """Figure 7, with the points that the paper prints."""
-    figure = Figure(layout="constrained")
-    mark_points(*plot.summary(path, figure))
-    figure.savefig(picture, dpi=150, bbox_inches="tight")
-
-
 def mark_points(left, right):
-    """Stars at the printed amplitudes, and at the localisations."""
+    """Stars at the amplitudes that the paper prints, and at the localisations."""
     for panel, column in ((left, 1), (right, 2)):
         for point in pattern.POINTS:
             panel.plot(point[0], point[column], "*", color=ORANGE, ms=13, mec="w", zorder=5)
