@@ -25,11 +25,10 @@ import numba
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
-from evidence.truth import ring
+from evidence.truth.ring import bump, forces
 from hpcrub.model.interface import Interface, planar_interface
 
-SWEEPS, TOLERANCE, THETA = 5000, 1e-12, 0.51
-bump = numba.njit(ring.bump)
+THETA = 0.51
 
 
 class Model(NamedTuple):
@@ -70,30 +69,12 @@ def _operators(model, damping_ratio, h, theta):
 
 
 @numba.njit
-def impulses(W, approach):
-    """p ≥ 0, approach − W p ≤ 0, p·(approach − W p) = 0 (n_c,)."""
-    p = np.zeros(len(approach))
-    for _ in range(SWEEPS):
-        change = 0.0
-        for i in range(len(p)):
-            rest = approach[i]
-            for j in range(len(p)):
-                rest -= W[i, j] * p[j]
-            new = max(0.0, p[i] + rest / W[i, i])
-            change = max(change, abs(new - p[i]) * W[i, i])
-            p[i] = new
-        if change <= TOLERANCE * approach.max():
-            return p
-    raise RuntimeError("Gauss-Seidel did not converge")
-
-
-@numba.njit
 def _pushed(operators, approach, slip, friction):
     """Velocity change (n,) by impulses that end the approach (n_c,); slip: of the step before."""
     along, across = slip[: len(approach)], slip[len(approach) :]
     speed = np.hypot(along, across) / friction
     W = operators.delassus[0] + operators.delassus[1] * (along / speed)
-    p = impulses(W + operators.delassus[2] * (across / speed), approach)
+    p = forces(W + operators.delassus[2] * (across / speed), approach)
     return np.dot(operators.answer, np.concatenate((p, along / speed * p, across / speed * p)))
 
 

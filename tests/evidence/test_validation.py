@@ -8,7 +8,7 @@ time have the same thresholds in `make validate ARGS=--fast`.
 import numpy as np
 import pytest
 
-from evidence.truth import moreau_jean
+from evidence.truth import moreau_jean, ring
 from evidence.truth.disk import MATERIAL, disk_section, mistune, reference_scene
 from evidence.truth.events import Reference, Wall, fixed_wall
 from evidence.truth.motion import Structure
@@ -134,7 +134,7 @@ def test_the_impulses_solve_their_complementarity_problem():
         W = A @ A.T + 6.0 * np.eye(6)
         approach = rng.normal(size=6)
         approach[0] = abs(approach[0])
-        p = moreau_jean.impulses(W, approach)
+        p = ring.forces(W, approach)
         rest = approach - W @ p
         assert p.min() >= 0.0
         assert rest.max() < 1e-9
