@@ -5,8 +5,7 @@ import tempfile
 
 import numpy as np
 
-from evidence.benchmarks import cases
-from evidence.benchmarks.kernel_speed import best, goal
+from evidence.benchmarks.kernel_speed import SPEEDS, best, goal, modes_of, problem
 from evidence.page import ROOT, table
 from evidence.program import ENVIRONMENT, run
 from hpcrub.response import sweep
@@ -22,12 +21,12 @@ def sample():
     """
     rows = []
     for step, max_time in ((4e-5, 2.0), (3.3e-5, 2.0), (2e-5, 2.0), (2e-5, 5.0), (1e-6, 2.0)):
-        model = cases.problem(step=step)
+        model = problem(step=step)
         steady = model.scene.steady._replace(max_time=max_time)
         scene = model.scene._replace(steady=steady)
 
         def compute(i, reduced=model.reduced, scene=scene):
-            sweep.run_sweep(cases.modes_of(reduced, i), scene, cases.SPEEDS)
+            sweep.run_sweep(modes_of(reduced, i), scene, SPEEDS)
 
         runs = [best(lambda i=i: compute(i), 3) for i in range(8 if step > 1e-6 else 1)]
         seconds = float(np.mean(runs))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evidence.benchmarks import cases
+from evidence.benchmarks import kernel_speed
 from evidence.page import table
 from evidence.progress import followed
 from hpcrub.contact.status import NOT_STEADY
@@ -21,7 +21,7 @@ from hpcrub.response import sweep
 
 N_SAMPLES = 64
 N_TUNED = 9  # runs of the tuned disk that differ by rounding: A_nl is relative to their median
-SPEEDS = cases.SPEEDS[::2]
+SPEEDS = kernel_speed.SPEEDS[::2]
 DECILES = tuple(range(10, 100, 10))
 FINEST, COARSEST = 1e-6, 4e-5  # [s]; central differences are not stable with the coarsest step
 STEPS = (COARSEST, 3.3e-5, 2e-5, 1e-5, 5e-6, FINEST)
@@ -54,10 +54,10 @@ def run_one(task):
     Negative samples are runs of the tuned disk.
     """
     setting, sample = task
-    model = cases.problem(60, setting.scheme, setting.step)
+    model = kernel_speed.problem(60, setting.scheme, setting.step)
     nudge = setting.nudge if sample >= 0 else -NUDGE * (sample + 1)
     start = time.perf_counter()
-    modes = cases.modes_of(model.reduced, sample if sample >= 0 else None, nudge)
+    modes = kernel_speed.modes_of(model.reduced, sample if sample >= 0 else None, nudge)
     result = sweep.run_sweep(modes, model.scene, SPEEDS)
     return result.amplitude, time.perf_counter() - start, result.point_status
 

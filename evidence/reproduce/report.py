@@ -7,12 +7,14 @@ from datetime import date
 from matplotlib.figure import Figure
 
 from evidence import page
-from evidence.reproduce import numbers, pattern, plan, rows, sensitivity
+from evidence.reproduce import numbers, pattern, plan, rows
 from hpcrub import __version__, plot
+from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
 from hpcrub.plot.pictures import draw
 from hpcrub.plot.style import ORANGE
 from hpcrub.results.layout import DONE
+from hpcrub.studies import open_result
 
 KEY_NUMBERS = (  # of the first lines: one that was fitted, two that tell the disks apart
     "tuned peak, n_d = 4 [Hz]",
@@ -38,7 +40,7 @@ def write(folder, scale, target):
         samples=f"This is SCALE={scale:g} of {date.today().isoformat()} with hpcrub {__version__}; "
         f"finished samples of every level, at least: {', '.join(of_case)}.",
         rows=table(found),
-        sensitivity=sensitivity.table(results),
+        sensitivity=sensitivity(results),
         figures=figures(folder, target),
     )
 
@@ -72,6 +74,41 @@ def table(rows, remarks=True):
     heads = ["#", "quantity", "paper", "ours", "interval", "agrees"]
     notes = [f"{i}. {remark}\n" for i, remark in enumerate(said, 1)]
     return "\n".join([page.table(heads, lines), "".join(notes)])
+
+
+DEPENDS = ["changed", "tuned peak", "percentile 50", "percentile 99", "A_nl > A_lin [%]"]
+
+
+def sensitivity(results):
+    """What the result depends on: the studies of `inputs/sensitivity.yaml`, if they were run."""
+    paths = sorted((results.folder / "sensitivity").glob("*.h5"))
+    if not paths:
+        return "Not run.\n"
+    files = [open_result(path) for path in paths]
+    reference = next(f for f in files if "lean_deg=-43.74" in f.path.name)
+    base = flatten(reference.config.model_dump(mode="json"))
+    mistuning = reference.config.mistuning
+    lines = [_changed(file, base) for file in sorted(files, key=lambda f: f is not reference)]
+    for file in files:
+        file.close()
+    said = f"{mistuning.samples} samples, and {mistuning.tuned_runs} runs of the tuned disk:"
+    return f"{said}\n\n{page.table(DEPENDS, lines)}"
+
+
+def _changed(file, base):
+    keys = flatten(file.config.model_dump(mode="json"))
+    changed = [f"{k.rpartition('.')[2]} {base[k]} → {keys[k]}" for k in keys
+               if keys[k] != base[k] and k != "output"]  # fmt: skip
+    peak, *span = rows.tuned_amplitudes(file)
+    share, *ends = rows.above_linear(file, 0)
+    speed = float(file.read("tuned/peak_speed_hz"))
+    return (
+        ", ".join(changed) or "nothing",
+        f"{peak:.1f} mm {rows.bracket(span, 1)} at {speed:.2f} Hz",
+        *(f"{value:.2f} {rows.bracket(ends, 2)}"
+          for value, *ends in (rows.percentile(file, 0, at) for at in (50, 99))),
+        f"{share:.1f} {rows.bracket(ends, 1)}",
+    )  # fmt: skip
 
 
 FIGURES = (

@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evidence.page import ROOT
-from hpcrub.config.schema import load_runs
 from hpcrub.response import sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
@@ -23,12 +21,6 @@ class Costs(NamedTuple):
     polls: np.ndarray  # (m,) time from one poll to the next [s]
     speeds: np.ndarray  # (k,) sweeps of single speeds [s]
     finish: float  # eigenproblem and linear peak [s]
-
-
-def paper():
-    """Configurations of the paper's four cases, that of four bumps first."""
-    cases = load_runs(ROOT / "inputs" / "nodal_diameters.yaml")
-    return sorted(cases, key=lambda case: case.casing.n_bumps != 4)
 
 
 def measure(config, n_samples):
