@@ -29,10 +29,8 @@ def replace(path, **parts):
 
 def machine():
     """Cores, processor with its widest vectors, and Python, in words."""
-    try:
-        flags = Path("/proc/cpuinfo").read_text()
-    except OSError:
-        flags = ""
+    about = Path("/proc/cpuinfo")
+    flags = about.read_text() if about.exists() else ""
     widest = [name for name in ("avx512f", "avx2") if name in flags]
     kind = " with ".join([platform.machine(), *widest[:1]])
     return f"{os.cpu_count()} cores ({kind}), Python {platform.python_version()}"

@@ -21,7 +21,6 @@ PRINTED = 1e-6  # CalculiX prints seven digits
 UNITS = np.array("mm t s")
 DISK = Lists("TIP")
 SECTOR = Lists("TIP", "LOW", "HIGH", BLISK.n_sectors, "BORE")
-N_FAMILY = BLISK.n_sectors
 
 
 def write_decks(folder: Path) -> None:
@@ -60,7 +59,7 @@ def model_of(folder: Path, name: str, lists: Lists, **others: dict) -> neutral.N
 
 
 def compare(folder: Path) -> list:
-    """Rows (what, largest relative difference, limit) of a table; limit None: for information."""
+    """Rows (what, largest relative difference, limit) of a table."""
     whole = ccx.frequencies(folder / "frequencies_0.dat", N_MODES)
     spun = ccx.frequencies(folder / f"frequencies_{CHECKED}.dat", N_MODES)
     diameters = ccx.by_diameters(folder / "frequencies_cyclic.dat")
@@ -80,18 +79,18 @@ def compare(folder: Path) -> list:
     between = craig_bampton.frequencies(disk, n, omega)
     speeds = ", ".join(map(str, (0, *SPEEDS)))
     rows.append((f"K(Ω) through {speeds} Hz, at {at}, {n} modes", between, spun, 1e-3))
-    rows += _reduced(disk, omega, spun[:N_FAMILY])
+    rows += _reduced(disk, omega, spun[: BLISK.n_sectors])
     return [(what, abs(a / b - 1).max(), limit) for what, a, b, limit in rows]
 
 
 def _reduced(disk, omega, exact):
     """First family of the reduced model: all of it, and with mode shapes of another speed."""
     small, _ = reduced.reduce_disk(disk, 60, omega)
-    tuned = np.zeros(BLISK.n_sectors)
-    here = mistuned_modes(reduced.reduced_model(small, omega), tuned).omega[:N_FAMILY]
+    n = BLISK.n_sectors
+    here = mistuned_modes(reduced.reduced_model(small, omega), np.zeros(n)).omega[:n]
     yield "reduced model, 60 modes, first family", here / (2 * np.pi), exact, 5e-3
     for share in (0.95, 0.8):
-        modes = mistuned_modes(reduced.reduced_model(small, share * omega), tuned)
-        moved = np.sort(modes.omega_at(omega))[:N_FAMILY]
+        modes = mistuned_modes(reduced.reduced_model(small, share * omega), np.zeros(n))
+        moved = np.sort(modes.omega_at(omega))[:n]
         what = f"the same with mode shapes of {100 * share:.0f} % of the speed, against its own"
         yield what, moved, here, 1e-3

@@ -1,6 +1,5 @@
 """What samples and parts of samples cost here, in seconds of processor time."""
 
-import functools
 import time
 from typing import NamedTuple
 
@@ -43,15 +42,14 @@ def measure(config, n_samples):
         whole.append(time.process_time() - ticks[0])
         polls.extend(np.diff(ticks))
         most = most_parts(len(speeds))
-        takes = functools.partial(_seconds, modes, problem.scene, speeds)
+
+        def takes(selection, modes=modes):
+            start = time.process_time()
+            sweep.run_sweep(modes, problem.scene, speeds, lambda: None, selection=selection)
+            return time.process_time() - start
+
         parts.append({n: [takes(range(part, len(speeds), n)) for part in range(n)]
                       for n in range(2, most + 1)})  # fmt: skip
     single = [takes([i]) for i in range(0, len(speeds), 4)]
     whole, polls, single = map(np.array, (whole, polls, single))
     return Costs(whole, parts, polls, single, float(np.median(finish)))
-
-
-def _seconds(modes, scene, speeds, selection):
-    start = time.process_time()
-    sweep.run_sweep(modes, scene, speeds, lambda: None, selection=selection)
-    return time.process_time() - start

@@ -24,17 +24,6 @@ def machine(found):
     return simulate.Machine(found["receive"], found["send"], float(finish))
 
 
-def simulations(found, all_ranks):
-    """{(variant, ranks): Result} of all cases one after another, in the order of the ranks."""
-    table = {}
-    names = [counted(n, "rank") for n in all_ranks]
-    for n_ranks in progress.followed(all_ranks, "simulation", names=names):
-        for name, cut in VARIANTS.items():
-            table[name, n_ranks] = _cases(found, n_ranks, SAMPLES, cut)
-    table["more samples", all_ranks[-1]] = _cases(found, all_ranks[-1], MORE * SAMPLES, True)
-    return table
-
-
 def _cases(found, n_ranks, n_samples, cut):
     """Sums over the cases; finishing a sample is useful work too."""
     results, this = [], machine(found)
@@ -48,7 +37,12 @@ def _cases(found, n_ranks, n_samples, cut):
 
 def write(found, all_ranks):
     """The parts of the page."""
-    table = simulations(found, all_ranks)
+    table = {}  # (variant, ranks): Result of all cases one after another
+    names = [counted(n, "rank") for n in all_ranks]
+    for n_ranks in progress.followed(all_ranks, "simulation", names=names):
+        for name, cut in VARIANTS.items():
+            table[name, n_ranks] = _cases(found, n_ranks, SAMPLES, cut)
+    table["more samples", all_ranks[-1]] = _cases(found, all_ranks[-1], MORE * SAMPLES, True)
     this = machine(found)
     each = [
         ["rank 0: a message with a result", f"{1e6 * this.receive:.0f} µs"],

@@ -75,12 +75,6 @@ def flight_error():
     return np.abs(run - exact).max() / np.abs(exact).max()
 
 
-def segment_error():
-    """Largest difference of the reference at two steps of its own, relative to the largest |q|."""
-    coarse, fine = (reference(0.4, n).position for n in (500, 2000))
-    return np.abs(coarse - fine[::4]).max() / np.abs(fine).max()
-
-
 DIVISIONS = np.array([500, 1000, 2000, 4000, 8000, 16000])
 SEGMENT = 1e-12  # largest error allowed of a closed-form segment between events, relative
 ORDERS, FINEST = (0.7, 1.3), 1e-3  # of the fitted orders, and the error at the finest step
@@ -88,12 +82,13 @@ ORDERS, FINEST = (0.7, 1.3), 1e-3  # of the fitted orders, and the error at the 
 
 def section(folder):
     """Parts of the page, and verdicts; figures go to ``folder``."""
-    exact_motions = {
-        "reference at two of its own steps": segment_error(),
-        "`exact_modal` until the first impact": flight_error(),
-    }
+    coarse, fine = (reference(0.4, n).position for n in (500, 2000))
+    apart = np.abs(coarse - fine[::4]).max() / np.abs(fine).max()
     parts = []
-    verdicts = [report.at_most(what, error, SEGMENT) for what, error in exact_motions.items()]
+    verdicts = [
+        report.at_most("reference at two of its own steps", apart, SEGMENT),
+        report.at_most("`exact_modal` until the first impact", flight_error(), SEGMENT),
+    ]
     for friction in (0.0, 0.4):
         exact = reference(friction, DIVISIONS[-1])
         columns = {}
