@@ -6,7 +6,6 @@ import numpy as np
 
 from evidence.reproduce.rows import (
     RUNS_BETWEEN,
-    MissingError,
     Row,
     bounded,
     bracket,
@@ -19,7 +18,7 @@ from evidence.reproduce.rows import (
 )
 from hpcrub.config.text import flatten
 from hpcrub.statistics.coexistence import coexisting, stretches
-from hpcrub.studies import branches, open_result
+from hpcrub.studies import branches
 
 CHAOS = (
     "More than rounding explains: none of the middle 95 % of our runs, which differ by a rounding, "
@@ -100,13 +99,9 @@ def coexistence(results):
 
 def _responses(results, folder, key):
     """Values of the key of a sweep (V,), ascending, and the responses (V, speeds) [m]."""
-    files = [open_result(path) for path in sorted((results.folder / folder).glob("*.h5"))]
-    if not files:
-        raise MissingError(f"no {folder}/*.h5")
+    files = results.files(f"{folder}/*.h5")
     values = np.array([flatten(f.config.model_dump(mode="json"))[key] for f in files])
     curves = np.array([f.read("samples/amplitude_m", (0, 0)) for f in files])
-    for file in files:
-        file.close()
     order = np.argsort(values)
     return values[order], curves[order]
 

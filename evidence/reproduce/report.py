@@ -14,7 +14,6 @@ from hpcrub.errors import InputError
 from hpcrub.plot.pictures import draw
 from hpcrub.plot.style import ORANGE
 from hpcrub.results.layout import DONE
-from hpcrub.studies import open_result
 
 KEY_NUMBERS = (  # of the first lines: one that was fitted, two that tell the disks apart
     "tuned peak, n_d = 4 [Hz]",
@@ -81,16 +80,14 @@ DEPENDS = ["changed", "tuned peak", "percentile 50", "percentile 99", "A_nl > A_
 
 def sensitivity(results):
     """What the result depends on: the studies of `inputs/sensitivity.yaml`, if they were run."""
-    paths = sorted((results.folder / "sensitivity").glob("*.h5"))
-    if not paths:
+    try:
+        files = results.files("sensitivity/*.h5")
+    except rows.MissingError:
         return "Not run.\n"
-    files = [open_result(path) for path in paths]
     reference = next(f for f in files if "lean_deg=-43.74" in f.path.name)
     base = flatten(reference.config.model_dump(mode="json"))
     mistuning = reference.config.mistuning
     lines = [_changed(file, base) for file in sorted(files, key=lambda f: f is not reference)]
-    for file in files:
-        file.close()
     said = f"{mistuning.samples} samples, and {mistuning.tuned_runs} runs of the tuned disk:"
     return f"{said}\n\n{page.table(DEPENDS, lines)}"
 

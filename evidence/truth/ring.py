@@ -102,10 +102,10 @@ def integrate(
         R, T = np.hstack([normal, -w]), np.hstack([tangential, -v])
         new = keep * q + before * old
         p = R @ new + bump(wall, theta, (step + 1) * h) - wall.clearance
-        push, touching = np.zeros(len(angle)), np.arange(len(angle))
+        push = np.zeros(len(angle))
         if p.max() > 0.0:
             G = R + wall.friction * T
-            push[touching] = forces((R * gain) @ G.T, p)
+            push = forces((R * gain) @ G.T, p)
             new = new - gain * (G.T @ push)
         old, q = q, new
         found.disk[step], found.ring[step], found.force[step] = q[:K], q[K:], push

@@ -162,13 +162,6 @@ def reference_disk(**law):
     return modes, found, 34.25
 
 
-def contact_loss(h, turns=6):
-    """Energy that steps h [s] take in the contacts of some turns, over what the casing stores."""
-    modes, scene, speed = reference_disk(elastic_casing=ElasticCasing(2.4e8))
-    found = ledger(modes, scene._replace(step=h), speed, turns)
-    return found.impact[:, 0].sum() / np.maximum(found.elastic[:, 0], 0.0).sum()
-
-
 def blisk(**law):
     """Modes, Scene and speed [Hz] of the blisk of the tutorial, with another law."""
     file = ROOT / "inputs/blisk"
