@@ -11,12 +11,9 @@ DOCS = ROOT / "docs"
 
 def table(heads, rows):
     """Markdown table; rows of strings or numbers (of a float, three digits)."""
-    lines = [heads, ["---"] * len(heads), *([_cell(value) for value in row] for row in rows)]
+    cells = [[f"{x:.3g}" if isinstance(x, float) else str(x) for x in row] for row in rows]
+    lines = [heads, ["---"] * len(heads), *cells]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
-
-
-def _cell(value):
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def replace(path, **parts):
@@ -32,10 +29,8 @@ def replace(path, **parts):
 
 def machine():
     """Cores, processor with its widest vectors, and Python, in words."""
-    try:
-        flags = Path("/proc/cpuinfo").read_text()
-    except OSError:
-        flags = ""
+    about = Path("/proc/cpuinfo")
+    flags = about.read_text() if about.exists() else ""
     widest = [name for name in ("avx512f", "avx2") if name in flags]
     kind = " with ".join([platform.machine(), *widest[:1]])
     return f"{os.cpu_count()} cores ({kind}), Python {platform.python_version()}"

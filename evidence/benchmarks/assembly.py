@@ -8,11 +8,10 @@ import json
 import os
 import re
 import subprocess
-import sys
 import tempfile
-from pathlib import Path
 
 from evidence.page import table
+from evidence.program import run
 from hpcrub.contact.machine import SMALL_CACHE, Machine, shape_for
 
 MACHINES = {  # registers, numbers of one, triple and processor of LLVM
@@ -106,13 +105,10 @@ def section():
         code = "import json; from evidence.benchmarks.assembly import rows;"
         code += f"print(json.dumps(list(rows({name!r}))))"
         with tempfile.TemporaryDirectory() as folder:
-            environment = {"HPCRUB_SHAPE": "x".join(map(str, shape)), "XDG_CACHE_HOME": folder}
-            done = subprocess.run(
-                [sys.executable, "-W", "ignore", "-c", code], check=True, text=True,
-                stdout=subprocess.PIPE, cwd=Path(__file__).parents[2],
-                env=os.environ | environment | {"NUMBA_OPT": "0"},
-            )  # fmt: skip
-        found += json.loads(done.stdout)
+            environment = {"HPCRUB_SHAPE": "x".join(map(str, shape)), "XDG_CACHE_HOME": folder,
+                           "NUMBA_OPT": "0", "PYTHONWARNINGS": "ignore"}  # fmt: skip
+            said = run(0, "-c", code, env=os.environ | environment, stdout=subprocess.PIPE)
+        found += json.loads(said)
     heads = ["machine", "tile × lanes", "loop", "instructions", "fused multiply-adds", "loads",
              "stores", "spills"]  # fmt: skip
     return {"loops": table(heads, found)}

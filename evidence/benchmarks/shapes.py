@@ -4,11 +4,11 @@ import os
 import subprocess
 import sys
 import tempfile
-from pathlib import Path
 
 from evidence.benchmarks import spatial_speed
 from evidence.benchmarks.kernel_speed import Lanes, planar
-from evidence.page import table
+from evidence.page import ROOT, table
+from evidence.program import command
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.machine import LANES, shape, shape_of, this_machine
 
@@ -30,9 +30,9 @@ def start(shape_, folder):
     """A process of one shape that waits for a line."""
     environment = {"HPCRUB_SHAPE": "x".join(map(str, shape_)), "XDG_CACHE_HOME": folder}
     return subprocess.Popen(
-        [sys.executable, "-c", "from evidence.benchmarks import shapes; shapes.serve()"],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
-        cwd=Path(__file__).parents[2], env=os.environ | environment,
+        command(0, "-c", "from evidence.benchmarks import shapes; shapes.serve()"), bufsize=1,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT,
+        env=os.environ | environment,
     )  # fmt: skip
 
 

@@ -7,7 +7,8 @@ lowest ones (docs/tutorial_blisk.md). Ends with 1 when a frequency is not that o
 import argparse
 from pathlib import Path
 
-from evidence.blisk import calculix, frequencies
+from evidence import calculix as ccx
+from evidence.blisk import frequencies
 from hpcrub.commands import import_model
 
 N_MODES = 36  # fixed-interface modes of the model file
@@ -21,10 +22,11 @@ def main(argv=None):
     parser.add_argument("--decks", action="store_true", help="only write the decks")
     options = parser.parse_args(argv)
     folder = options.folder
-    calculix.write_decks(folder)
+    frequencies.write_decks(folder)
     if options.decks:
         return 0
-    calculix.run(folder)
+    for name in frequencies.MATRICES + frequencies.CHECKS:
+        ccx.run(folder / f"{name}.inp")
     for command in imports(folder):
         print("hpcrub import " + " ".join(command), flush=True)
         if code := import_model.main(command):
@@ -39,7 +41,7 @@ def main(argv=None):
 def imports(folder):
     """Arguments of `hpcrub import` that make the model file: the whole disk, then reduced."""
     disk = str(folder / "blisk_disk.h5")
-    speeds = [f"--stiffness={s}={folder / f'disk_{s}.inp'}" for s in calculix.SPEEDS]
+    speeds = [f"--stiffness={s}={folder / f'disk_{s}.inp'}" for s in frequencies.SPEEDS]
     at = ["--speed-hz", f"{SPEED:g}"]
     source = ["calculix", str(folder / "disk_0.inp"), "--units", "mm t s", "--contact", "TIP"]
     blades = ["--blade", str(folder / "blades.inp")]

@@ -1,22 +1,52 @@
-"""Natural frequencies of the imported blisk beside those that CalculiX prints."""
+"""Decks of the blisk, and its frequencies after the import beside those that CalculiX prints."""
 
 from pathlib import Path
 
 import numpy as np
 
-from evidence import calculix as printed
-from evidence.blisk import calculix as ccx
-from evidence.blisk.mesh import BLISK
+from evidence import calculix as ccx
+from evidence.blisk.mesh import BLISK, sector, whole_disk
 from hpcrub.model.imported import assembly, craig_bampton, cyclic, neutral, reduced
 from hpcrub.model.imported.readers import calculix
 from hpcrub.model.imported.readers.rows import Lists
 from hpcrub.model.reduction import mistuned_modes
 
+SPEEDS = 160, 260  # of the prestressed matrices [Hz]
+CHECKED = 210  # [Hz] another speed, with frequencies of CalculiX's own
+N_MODES = 60  # frequencies that are compared
+PER_DIAMETER = 4
+MATRICES = "sector", *(f"disk_{s}" for s in (0, *SPEEDS, CHECKED)), "blades"
+CHECKS = "frequencies_0", f"frequencies_{CHECKED}", "frequencies_cyclic"
 PRINTED = 1e-6  # CalculiX prints seven digits
 UNITS = np.array("mm t s")
 DISK = Lists("TIP")
 SECTOR = Lists("TIP", "LOW", "HIGH", BLISK.n_sectors, "BORE")
-N_FAMILY = BLISK.n_sectors
+
+
+def write_decks(folder: Path) -> None:
+    """Write the decks of MATRICES and CHECKS."""
+    folder.mkdir(parents=True, exist_ok=True)
+    one, n = sector(BLISK), BLISK.n_sectors
+    disk = whole_disk(one, n)
+    bore = ccx.held(disk.sets["bore"])
+    ccx.write(folder / "sector.inp", one, ccx.STEP + ccx.STORE)
+    ccx.write(folder / "blades.inp", disk, ccx.STEP + ccx.STORE, blade=True)
+    for speed in (0, *SPEEDS, CHECKED):
+        ccx.write(folder / f"disk_{speed}.inp", disk, bore + _about(speed) + ccx.STORE)
+    for speed in (0, CHECKED):
+        steps = bore + _about(speed) + ccx.frequencies_of(N_MODES)
+        ccx.write(folder / f"frequencies_{speed}.inp", disk, steps)
+    inner = np.setdiff1d(one.sets["bore"], one.sets["low"])  # ties its first surface: no supports
+    steps = ccx.held(inner) + ccx.CYCLIC.format(n) + ccx.STEP
+    steps += ccx.frequencies_of(PER_DIAMETER, n // 2)
+    ccx.write(folder / "frequencies_cyclic.inp", one, steps)
+
+
+def _about(speed_hz):
+    """Steps to the state that a speed loads the disk to, and the head of one about it."""
+    if not speed_hz:
+        return ccx.STEP
+    return ccx.STATIC + ccx.SPINNING.format((2 * np.pi * speed_hz) ** 2) + ccx.END + ccx.PERTURBED
 
 
 def model_of(folder: Path, name: str, lists: Lists, **others: dict) -> neutral.NeutralModel:
@@ -29,39 +59,38 @@ def model_of(folder: Path, name: str, lists: Lists, **others: dict) -> neutral.N
 
 
 def compare(folder: Path) -> list:
-    """Rows (what, largest relative difference, limit) of a table; limit None: for information."""
-    whole = printed.frequencies(folder / "frequencies_0.dat", ccx.N_MODES)
-    spun = printed.frequencies(folder / f"frequencies_{ccx.CHECKED}.dat", ccx.N_MODES)
-    diameters = printed.by_diameters(folder / "frequencies_cyclic.dat")
-    sector = model_of(folder, "sector", SECTOR)
-    others = {float(s): folder / f"disk_{s}.inp" for s in ccx.SPEEDS}
+    """Rows (what, largest relative difference, limit) of a table."""
+    whole = ccx.frequencies(folder / "frequencies_0.dat", N_MODES)
+    spun = ccx.frequencies(folder / f"frequencies_{CHECKED}.dat", N_MODES)
+    diameters = ccx.by_diameters(folder / "frequencies_cyclic.dat")
+    one = model_of(folder, "sector", SECTOR)
+    others = {float(s): folder / f"disk_{s}.inp" for s in SPEEDS}
     disk = assembly.assemble(model_of(folder, "disk_0", DISK, stiffness=others))
-    there = assembly.assemble(model_of(folder, f"disk_{ccx.CHECKED}", DISK))
-    omega = 2 * np.pi * ccx.CHECKED
-    n = ccx.N_MODES
-    ours = craig_bampton.frequencies(assembly.assemble(sector), n)
+    there = assembly.assemble(model_of(folder, f"disk_{CHECKED}", DISK))
+    omega, n = 2 * np.pi * CHECKED, N_MODES
+    ours = craig_bampton.frequencies(assembly.assemble(one), n)
     rows = [(f"disk of {BLISK.n_sectors} sectors, {n} modes", ours, whole, PRINTED)]
     for h, exact in diameters.items():
-        found = cyclic.sector_frequencies(sector, h, len(exact))
+        found = cyclic.sector_frequencies(one, h, len(exact))
         rows.append((f"one sector, {h} nodal diameters, {len(exact)} modes", found, exact, PRINTED))
-    at = f"{ccx.CHECKED} Hz"
+    at = f"{CHECKED} Hz"
     rows.append((f"prestressed disk at {at}, {n} modes", craig_bampton.frequencies(there, n), spun,
                  PRINTED))  # fmt: skip
     between = craig_bampton.frequencies(disk, n, omega)
-    speeds = ", ".join(map(str, (0, *ccx.SPEEDS)))
+    speeds = ", ".join(map(str, (0, *SPEEDS)))
     rows.append((f"K(Ω) through {speeds} Hz, at {at}, {n} modes", between, spun, 1e-3))
-    rows += _reduced(disk, omega, spun[:N_FAMILY])
+    rows += _reduced(disk, omega, spun[: BLISK.n_sectors])
     return [(what, abs(a / b - 1).max(), limit) for what, a, b, limit in rows]
 
 
 def _reduced(disk, omega, exact):
     """First family of the reduced model: all of it, and with mode shapes of another speed."""
     small, _ = reduced.reduce_disk(disk, 60, omega)
-    tuned = np.zeros(BLISK.n_sectors)
-    here = mistuned_modes(reduced.reduced_model(small, omega), tuned).omega[:N_FAMILY]
+    n = BLISK.n_sectors
+    here = mistuned_modes(reduced.reduced_model(small, omega), np.zeros(n)).omega[:n]
     yield "reduced model, 60 modes, first family", here / (2 * np.pi), exact, 5e-3
     for share in (0.95, 0.8):
-        modes = mistuned_modes(reduced.reduced_model(small, share * omega), tuned)
-        moved = np.sort(modes.omega_at(omega))[:N_FAMILY]
+        modes = mistuned_modes(reduced.reduced_model(small, share * omega), np.zeros(n))
+        moved = np.sort(modes.omega_at(omega))[:n]
         what = f"the same with mode shapes of {100 * share:.0f} % of the speed, against its own"
         yield what, moved, here, 1e-3

@@ -79,16 +79,13 @@ def row(group, name, folder):
     print("\n".join([told, *mine]), flush=True)
     ends = ", ".join(f"{code} ({n})" for code, n in codes.most_common())
     message = ", ".join(f"{n} {when}" for when, n in whens.most_common()) or said
-    return [name, f"{n_trials}", ends or "skipped", _short(message), f"{len(mine)}"], mine
+    message = re.sub(r"/\S*/", "", message.removeprefix("hpcrub: ")).replace("|", "/")
+    message = message if len(message) <= 110 else message[:107] + "..."
+    return [name, f"{n_trials}", ends or "skipped", message, f"{len(mine)}"], mine
 
 
 def _slug(name):
     return re.sub(r"\W+", "-", name)
-
-
-def _short(message):
-    message = re.sub(r"/\S*/", "", message.removeprefix("hpcrub: ")).replace("|", "/")
-    return message if len(message) <= 110 else message[:107] + "..."
 
 
 if __name__ == "__main__":

@@ -26,16 +26,6 @@ def small_disk(folder, size):
     return mounted(folder, "-t", "tmpfs", "-o", f"size={size}", "tmpfs")
 
 
-def disk_of_blocks(folder):
-    """One on a disk of its own, which can fail."""
-    folder.parent.mkdir(parents=True)
-    image = folder.with_suffix(".img")
-    with open(image, "wb") as file:
-        file.truncate(2**24)
-    subprocess.run(["mkfs.ext4", "-q", image], capture_output=True)
-    return mounted(folder, "-o", "loop", image)
-
-
 def full_while_running(folder):
     """The file has its final size from the start: only the figure fails, which is said."""
     expected, _ = undisturbed()
@@ -83,8 +73,14 @@ def write_error(folder):
 def disk_lost(folder):
     """The system gives a disk up while samples are written, as after an error of its blocks."""
     for ranks in (0, 2):
-        with disk_of_blocks(folder / f"{ranks}" / "results") as disk:
-            job = Job(folder / f"{ranks}", "study.yaml", ranks=ranks)
+        place = folder / f"{ranks}"
+        place.mkdir(parents=True)
+        image = place / "results.img"  # of a disk of its own, which can fail
+        with open(image, "wb") as file:
+            file.truncate(2**24)
+        subprocess.run(["mkfs.ext4", "-q", image], capture_output=True)
+        with mounted(place / "results", "-o", "loop", image) as disk:
+            job = Job(place, "study.yaml", ranks=ranks)
             job.until_done(1)
             subprocess.run(["mount", "-o", "remount,abort", disk], check=True)
             yield judged(job, job.wait(), [1], ["cannot write", "Read-only file system"])

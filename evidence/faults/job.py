@@ -80,11 +80,6 @@ class Job:
         """Processes that it started, in their order: the ranks, under mpirun."""
         return children(self.process.pid)
 
-    def by_rank(self):
-        """Processes of all ranks, as soon as they are there; fewer at the program's end."""
-        self.until(lambda: len(self.below()) >= self.ranks)
-        return self.below()
-
     def until(self, condition, patience=PATIENCE):
         """Wait for a condition or for the end of the program; whether the condition came true."""
         end = time.monotonic() + patience

@@ -38,7 +38,8 @@ def signalled(number, target, codes, n_trials, folder):
     n_samples, rng = expected["samples/status"].size, random.Random(f"{number} {target}")
     for trial in range(n_trials):
         job = Job(folder / f"{trial}", "study.yaml", ranks=0 if target == "a process" else RANKS)
-        ranks = job.by_rank() if job.ranks else [job.process.pid]
+        job.until(lambda job=job: len(job.below()) >= job.ranks)
+        ranks = job.below() if job.ranks else [job.process.pid]
         victims = {"one of two ranks": ranks[trial % RANKS :][:1], "mpirun": [job.process.pid]}
         victims = victims.get(target, ranks)
         if number != signal.SIGKILL and target != "mpirun":

@@ -20,25 +20,18 @@ def main(argv=None):
     parser.add_argument("--report-only", action="store_true", help="run nothing")
     options = parser.parse_args(argv)
     folder = page.ROOT / "results" / f"reproduction_{options.scale:g}"
+    ranks = options.ranks if options.ranks > 1 else 0
     if not options.report_only:
         names = [step.name for step in plan.STEPS]
         for step in progress.followed(plan.STEPS, "studies", names=names):
-            code = run(step, folder, options)
-            if code:
+            words = plan.arguments(step, folder, options.scale)
+            try:
+                program.run(ranks, page.ROOT / "main.py", *words, "--resume")
+            except subprocess.CalledProcessError as ended:
+                code = ended.returncode
                 print(f"{step.name} ended with code {code}; the same command goes on from here")
                 return code
     report.write(folder, options.scale, page.DOCS / "reproduction.md")
-    return 0
-
-
-def run(step, folder, options):
-    """Run one step, or the rest of it; returns the exit code."""
-    ranks = options.ranks if options.ranks > 1 else 0
-    words = plan.arguments(step, folder, options.scale)
-    try:
-        program.run(ranks, page.ROOT / "main.py", *words, "--resume")
-    except subprocess.CalledProcessError as ended:
-        return ended.returncode
     return 0
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from evidence.reproduce.rows import (
     RUNS_BETWEEN,
-    MissingError,
     Row,
     bounded,
     bracket,
@@ -19,7 +18,7 @@ from evidence.reproduce.rows import (
 )
 from hpcrub.config.text import flatten
 from hpcrub.statistics.coexistence import coexisting, stretches
-from hpcrub.studies import branches, open_result
+from hpcrub.studies import branches
 
 CHAOS = (
     "More than rounding explains: none of the middle 95 % of our runs, which differ by a rounding, "
@@ -72,12 +71,14 @@ def coexistence(results):
         "that jumps between two within these counts with either."
     )
     inside, outside = np.mean(several[zone]), np.mean(several[~zone])
+    together = [f"{speeds[first]:.3f}–{speeds[end - 1]:.3f}"
+                for first, end in stretches(several) if end - first > 2]  # fmt: skip
     rows = [
         claim_row(
             "5", "speeds with several stable branches (yes: 9 in 10 of the paper's and fewer than "
             "1 in 10 of the others) [Hz]", "34.18–34.29",
             f"{several.sum()} of {len(speeds)} speeds, {several[zone].sum()} of them among the "
-            f"paper's {zone.sum()}; together: {_stretches(speeds, several)}",
+            f"paper's {zone.sum()}; together: {', '.join(together) or 'none'}",
             inside > 0.9 and outside < 0.1, remark=remark,
         )
     ]  # fmt: skip
@@ -96,31 +97,13 @@ def coexistence(results):
     return rows
 
 
-def _stretches(speeds, several):
-    """Ranges of at least three successive speeds, as text."""
-    return ", ".join(
-        f"{speeds[first]:.3f}–{speeds[end - 1]:.3f}"
-        for first, end in stretches(several)
-        if end - first > 2
-    ) or "none"  # fmt: skip
-
-
 def _responses(results, folder, key):
     """Values of the key of a sweep (V,), ascending, and the responses (V, speeds) [m]."""
-    files = [open_result(path) for path in sorted((results.folder / folder).glob("*.h5"))]
-    if not files:
-        raise MissingError(f"no {folder}/*.h5")
+    files = results.files(f"{folder}/*.h5")
     values = np.array([flatten(f.config.model_dump(mode="json"))[key] for f in files])
     curves = np.array([f.read("samples/amplitude_m", (0, 0)) for f in files])
-    for file in files:
-        file.close()
     order = np.argsort(values)
     return values[order], curves[order]
-
-
-def _differences(curve, finest):
-    """Median of the differences at all speeds, in % of the peak, with its interval."""
-    return bounded(_difference(curve, finest), 50)
 
 
 def _difference(curve, finest):
@@ -156,7 +139,7 @@ def time_step(results):
     """7: convergence with the time step."""
     steps, curves = _responses(results, "time_step", "time.step_s")
     scatter = _scatter(results)
-    found = [_differences(curve, curves[0]) for curve in curves[1:]]
+    found = [bounded(_difference(curve, curves[0]), 50) for curve in curves[1:]]
     limit = 1.0 / (np.pi * results.file("modal.h5").read("reduced/frequencies_hz").max())
     holds = all(middle <= scatter for middle, *_ in found)
     return [
@@ -178,7 +161,7 @@ def reduction(results):
     """8: convergence with the number of modes."""
     modes, curves = _responses(results, "reduction", "reduction.n_modes")
     scatter = _scatter(results)
-    found = [_differences(curve, curves[-1]) for curve in curves[:-1]]
+    found = [bounded(_difference(curve, curves[-1]), 50) for curve in curves[:-1]]
     alike = [bool(middle <= scatter) for middle, *_ in found]
     holds = all(a for n, a in zip(modes, alike, strict=False) if n > 36)
     return [

@@ -7,8 +7,9 @@ from datetime import date
 from matplotlib.figure import Figure
 
 from evidence import page
-from evidence.reproduce import numbers, pattern, plan, rows, sensitivity
+from evidence.reproduce import numbers, pattern, plan, rows
 from hpcrub import __version__, plot
+from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
 from hpcrub.plot.pictures import draw
 from hpcrub.plot.style import ORANGE
@@ -38,7 +39,7 @@ def write(folder, scale, target):
         samples=f"This is SCALE={scale:g} of {date.today().isoformat()} with hpcrub {__version__}; "
         f"finished samples of every level, at least: {', '.join(of_case)}.",
         rows=table(found),
-        sensitivity=sensitivity.table(results),
+        sensitivity=sensitivity(results),
         figures=figures(folder, target),
     )
 
@@ -72,6 +73,39 @@ def table(rows, remarks=True):
     heads = ["#", "quantity", "paper", "ours", "interval", "agrees"]
     notes = [f"{i}. {remark}\n" for i, remark in enumerate(said, 1)]
     return "\n".join([page.table(heads, lines), "".join(notes)])
+
+
+DEPENDS = ["changed", "tuned peak", "percentile 50", "percentile 99", "A_nl > A_lin [%]"]
+
+
+def sensitivity(results):
+    """What the result depends on: the studies of `inputs/sensitivity.yaml`, if they were run."""
+    try:
+        files = results.files("sensitivity/*.h5")
+    except rows.MissingError:
+        return "Not run.\n"
+    reference = next(f for f in files if "lean_deg=-43.74" in f.path.name)
+    base = flatten(reference.config.model_dump(mode="json"))
+    mistuning = reference.config.mistuning
+    lines = [_changed(file, base) for file in sorted(files, key=lambda f: f is not reference)]
+    said = f"{mistuning.samples} samples, and {mistuning.tuned_runs} runs of the tuned disk:"
+    return f"{said}\n\n{page.table(DEPENDS, lines)}"
+
+
+def _changed(file, base):
+    keys = flatten(file.config.model_dump(mode="json"))
+    changed = [f"{k.rpartition('.')[2]} {base[k]} → {keys[k]}" for k in keys
+               if keys[k] != base[k] and k != "output"]  # fmt: skip
+    peak, *span = rows.tuned_amplitudes(file)
+    share, *ends = rows.above_linear(file, 0)
+    speed = float(file.read("tuned/peak_speed_hz"))
+    return (
+        ", ".join(changed) or "nothing",
+        f"{peak:.1f} mm {rows.bracket(span, 1)} at {speed:.2f} Hz",
+        *(f"{value:.2f} {rows.bracket(ends, 2)}"
+          for value, *ends in (rows.percentile(file, 0, at) for at in (50, 99))),
+        f"{share:.1f} {rows.bracket(ends, 1)}",
+    )  # fmt: skip
 
 
 FIGURES = (
@@ -108,7 +142,9 @@ def figures(folder, target):
             continue
         picture = pictures / f"figure_{number}_{name}.png"
         if number == "7":
-            draw_table_2(paths[0], picture)
+            drawing = Figure(layout="constrained")
+            mark_points(*plot.summary(paths[0], drawing))
+            drawing.savefig(picture, dpi=150, bbox_inches="tight")
         else:
             try:
                 (drawn,) = draw(getattr(plot, figure), paths, pictures)
@@ -120,15 +156,8 @@ def figures(folder, target):
     return "\n".join(parts)
 
 
-def draw_table_2(path, picture):
-    """Figure 7, with the points that the paper prints."""
-    figure = Figure(layout="constrained")
-    mark_points(*plot.summary(path, figure))
-    figure.savefig(picture, dpi=150, bbox_inches="tight")
-
-
 def mark_points(left, right):
-    """Stars at the printed amplitudes, and at the localisations."""
+    """Stars at the amplitudes that the paper prints, and at the localisations."""
     for panel, column in ((left, 1), (right, 2)):
         for point in pattern.POINTS:
             panel.plot(point[0], point[column], "*", color=ORANGE, ms=13, mec="w", zorder=5)

@@ -37,12 +37,16 @@ class Results:
         self.folder = folder
 
     @cache  # noqa: B019, lives as long as the report
-    def file(self, pattern):
-        """The one ResultFile whose name matches. Raises MissingError when there is none."""
+    def files(self, pattern):
+        """All ResultFiles whose names match. Raises MissingError when there is none."""
         paths = sorted(self.folder.glob(pattern))
         if not paths:
             raise MissingError(f"no {pattern}")
-        return open_result(paths[0])
+        return [open_result(path) for path in paths]
+
+    def file(self, name):
+        """The ResultFile of a name. Raises MissingError when there is none."""
+        return self.files(name)[0]
 
     def contact(self, n_d):
         """The contact study with n_d bumps."""

@@ -7,9 +7,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from evidence import calculix
-from evidence.rotor67 import decks
 from evidence.rotor67.mesh import Size, sector
-from evidence.rotor67.model import SPEED, Fan
+from evidence.rotor67.model import SPEED, Fan, cyclic_state
 from evidence.rotor67.numbers import Number
 from hpcrub.model.imported import cyclic, neutral, reduced
 from hpcrub.model.imported.neutral import stiffness_at
@@ -47,7 +46,7 @@ def held_against_calculix(fan: Fan, sector: neutral.NeutralModel, folder: Path) 
 
     CalculiX's are those of a cyclic sector at the design speed, nodal diameters 0 to 3.
     """
-    state = decks.cyclic_state(fan.at_rest, fan.sections.n_blades, 2 * np.pi * SPEED)
+    state = cyclic_state(fan.at_rest, fan.sections.n_blades, 2 * np.pi * SPEED)
     steps = state + calculix.PERTURBED + calculix.frequencies_of(PER_DIAMETER, 3)
     path = calculix.solve(folder / "cyclic.inp", fan.at_rest, steps)
     printed = calculix.by_diameters(path)

@@ -57,11 +57,9 @@ def sector(sections: Sections, size: Size = Size(), disk: Disk = Disk()) -> Mesh
     web = _web(sections, size, disk, rim)
     nodes, elements = _joined([blade, rim, web])
     find = _finder(nodes)
-    low = np.concatenate([find(rim[:, 0]), find(web[:, 0])])
-    high = np.concatenate([find(rim[:, -1]), find(web[:, -1])])
     sets = {
-        "low": np.unique(low),
-        "high": np.unique(high),
+        "low": np.unique(np.concatenate([find(block[:, 0]) for block in (rim, web)])),
+        "high": np.unique(np.concatenate([find(block[:, -1]) for block in (rim, web)])),
         "bore": np.unique(find(web[:, :, -1])),
         "root": np.unique(find(blade[:, :, 0])),
         "tip": find(blade[:, size.through, -1]),  # the mean line's, from the leading edge on

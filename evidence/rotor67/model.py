@@ -7,8 +7,8 @@ import numpy as np
 
 from evidence import calculix
 from evidence.calculix import Mesh
-from evidence.rotor67 import decks, reduction
 from evidence.rotor67 import mesh as meshes
+from evidence.rotor67 import reduction
 from evidence.rotor67 import sections as geometry
 from evidence.rotor67.numbers import Number
 from evidence.rotor67.sections import Sections
@@ -80,8 +80,38 @@ def numbers(fan: Fan) -> list[Number]:
     return found
 
 
+def _loaded(speed):
+    return calculix.SPINNING.format(speed**2) + "*NODE PRINT, NSET=NALL\nU\n" + calculix.END
+
+
+def at_rest(mesh: Mesh) -> str:
+    """Step that stores the matrices of the free sector at rest."""
+    return calculix.held(mesh.sets["bore"]) + calculix.STEP + calculix.STORE
+
+
+def cyclic_state(mesh: Mesh, n_sectors: int, speed: float) -> str:
+    """Step that prints the displacements of the whole disk at a speed [rad/s]."""
+    inner = np.setdiff1d(mesh.sets["bore"], mesh.sets["low"])  # the tie moves its first surface
+    sides = calculix.CYCLIC.format(n_sectors)
+    return sides + calculix.held(inner) + calculix.STATIC + _loaded(speed)
+
+
+def about_state(mesh: Mesh, speed: float, moved: np.ndarray) -> str:
+    """Steps that store the matrices of the free sector about the state at a speed [rad/s].
+
+    moved: displacements of all nodes in that state (n, 3) [mm]. The sides are moved by them, and
+    let go in the last step: CalculiX would eliminate their rows if it had cyclic symmetry itself.
+    """
+    bore = mesh.sets["bore"]
+    sides = np.setdiff1d(np.concatenate([mesh.sets["low"], mesh.sets["high"]]), bore)
+    rows = [f"{n + 1}, {d}, {d}, {moved[n, d - 1]:.12e}\n" for n in sides for d in (1, 2, 3)]
+    state = calculix.STATIC + "*BOUNDARY\n" + "".join(rows) + _loaded(speed)
+    last = calculix.PERTURBED + calculix.held(bore, ", OP=NEW") + calculix.STORE
+    return calculix.held(bore) + state + last
+
+
 def _state(mesh, n_sectors, share, folder):
-    steps = decks.cyclic_state(mesh, n_sectors, 2 * np.pi * share * SPEED)
+    steps = cyclic_state(mesh, n_sectors, 2 * np.pi * share * SPEED)
     printed = calculix.solve(folder / f"state_{100 * share:.0f}.inp", mesh, steps)
     return calculix.displacements(printed, len(mesh.nodes))
 
@@ -91,9 +121,9 @@ def matrices(fan: Fan, folder: Path) -> list[neutral.NeutralModel]:
     models = []
     for share, moved in zip(SHARES, fan.moved, strict=True):
         path = folder / f"sector_{100 * share:.0f}.inp"
-        steps = decks.at_rest(fan.at_rest)
+        steps = at_rest(fan.at_rest)
         if share:
-            steps = decks.about_state(fan.at_rest, 2 * np.pi * share * SPEED, moved)
+            steps = about_state(fan.at_rest, 2 * np.pi * share * SPEED, moved)
         calculix.solve(path, fan.at_rest, steps)
         lists = Lists("TIP", "LOW", "HIGH", fan.sections.n_blades)
         models.append(_model(reader.read(path, lists), fan.running))
@@ -111,15 +141,8 @@ def _model(arrays, running):
 def blade_alone(fan: Fan, folder: Path) -> neutral.NeutralModel:
     """The free blade of the running shape, at rest and without the disk; nodes as in a sector."""
     path = folder / "blade.inp"
-    calculix.solve(path, fan.running, decks.at_rest(fan.running), blade=True)
+    calculix.solve(path, fan.running, at_rest(fan.running), blade=True)
     return _model(reader.read(path, Lists("TIP")), fan.running)
-
-
-def normals(sections: Sections, places: np.ndarray) -> np.ndarray:
-    """Outward normals of the casing beside some places (n, 3) [m]: r, theta, z parts (n, 3)."""
-    slope = geometry.wall(sections.casing, 1e3 * places[:, 2])[1]
-    normal = np.column_stack([np.ones_like(slope), np.zeros_like(slope), -slope])
-    return normal / np.linalg.norm(normal, axis=1)[:, None]
 
 
 def reduced(fan: Fan, models: list, blade: neutral.NeutralModel) -> dict:
@@ -132,6 +155,10 @@ def reduced(fan: Fan, models: list, blade: neutral.NeutralModel) -> dict:
     around = angle + turn[:, None]
     nodes = np.stack([radius * np.cos(around), radius * np.sin(around)], axis=-1)
     nodes = np.concatenate([nodes, np.tile(places[:, 2:], (n, 1, 1))], axis=2).reshape(-1, 3)
+    slope = geometry.wall(fan.sections.casing, 1e3 * places[:, 2])[1]
+    # outward, of the casing beside the points: r, theta, z parts
+    normal = np.column_stack([np.ones_like(slope), np.zeros_like(slope), -slope])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
     m = len(parts[0].mass)
     dof = np.full((n, m, 2), [-1, 0])
     for direction in range(3):
@@ -148,7 +175,7 @@ def reduced(fan: Fan, models: list, blade: neutral.NeutralModel) -> dict:
         "dof": dof.reshape(-1, 2),
         "contact_node": np.arange(n * m_points),
         "contact_blade": np.repeat(np.arange(n), m_points),
-        "contact_normal": np.tile(normals(fan.sections, places), (n, 1)),
+        "contact_normal": np.tile(normal, (n, 1)),
         "M": _whole([part.mass for part in parts], n),
     }
     arrays |= dict(zip(neutral.POLYNOMIAL, K, strict=True))

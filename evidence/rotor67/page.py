@@ -22,26 +22,49 @@ WEAR = {
 }
 
 
+MESH = "frequency of the blade alone"
+TIP = "clearance of the tip, normal to the casing", "motion of the tip by rotation"
+CONCLUSIONS = (
+    "median of A_nl/A_lin", "share of A_nl above A_lin", "rank correlation of A_nl and A_lin",
+)  # fmt: skip
+
+
 def write(found: dict) -> None:
     """Write the tables anew; found: Number by (quantity, at)."""
+    edges = [f"{what}, {edge} edge [mm]" for what in ("clearance", "motion")
+             for edge in ("leading", "trailing")]  # fmt: skip
+    # families of a number of diameters, at rest and then at speed
+    families = [f"{k} {where}" for where in ("at rest", "at speed") for k in range(1, 5)]
+    limits = [q for q in dict.fromkeys(q for q, _ in found) if q.startswith("share of fans above")]
+    levels = dict.fromkeys(number.at for number in _rows(found, *CONCLUSIONS))
     page.replace(
         PAGE,
-        mesh=_meshes(found),
-        tip=_tip(found),
-        families=_families(found),
+        mesh=_table(["chord x span x thickness", *(f"mode {k} [Hz]" for k in range(1, 6))],
+                    [(n.at.split(", ")[1].removesuffix(" elements"), f"{n.value:.1f}")
+                     for n in _rows(found, MESH)]),
+        tip=_table(["speed", *edges],
+                   [(n.at.split(", ")[0], f"{n.value:.2f}") for n in _rows(found, *TIP)]),
+        families=_table(["diameters", *families],
+                        [(n.at.split(", ")[2].split()[0], f"{n.value:.1f}")
+                         for n in _rows(found, "natural frequency")]),
         crossings=_crossings(found),
-        stress=_stress(found),
+        # what CalculiX's displacements say of stresses at the design speed
+        stress=_table(["at the design speed", "value"],
+                      [(n.quantity, f"{n.value:.3g} {n.unit}") for n in found.values()
+                       if n.at.startswith("of the blade")]),
         percentiles=_fans(found, PERCENTILES),
-        limits=_limits(found),
+        # shares of fans above limits, by where they run
+        limits=_table(["fans", *limits], [(n.at, _interval(n)) for n in _rows(found, *limits)]),
         damping=_fans(found, DAMPING),
-        conclusions=_conclusions(found),
+        conclusions=_table(["of the fans", *levels],
+                           [(n.quantity, _interval(n)) for n in _rows(found, *CONCLUSIONS)]),
         coated=_coated(found),
         wear=_fans(found, WEAR),
-    )
+    )  # fmt: skip
 
 
-def _rows(found, quantity):
-    return [number for number in found.values() if number.quantity == quantity]
+def _rows(found, *quantities):
+    return [n for quantity in quantities for n in found.values() if n.quantity == quantity]
 
 
 def _grouped(cells):
@@ -52,30 +75,8 @@ def _grouped(cells):
     return [[first, *texts] for first, texts in rows.items()]
 
 
-def _meshes(found):
-    alone = _rows(found, "frequency of the blade alone")
-    rows = _grouped(
-        (n.at.split(", ")[1].removesuffix(" elements"), f"{n.value:.1f}") for n in alone
-    )
-    heads = [f"mode {k} [Hz]" for k in range(1, len(rows[-1]))]
-    return page.table(["chord x span x thickness", *heads], rows)
-
-
-def _tip(found):
-    quantities = "clearance of the tip, normal to the casing", "motion of the tip by rotation"
-    both = [number for quantity in quantities for number in _rows(found, quantity)]
-    heads = [f"{what}, {edge} edge [mm]" for what in ("clearance", "motion")
-             for edge in ("leading", "trailing")]  # fmt: skip
-    rows = _grouped((n.at.split(", ")[0], f"{n.value:.2f}") for n in both)
-    return page.table(["speed", *heads], rows)
-
-
-def _families(found):
-    # families of a number of diameters, at rest and then at speed
-    numbers = _rows(found, "natural frequency")
-    rows = _grouped((n.at.split(", ")[2].split()[0], f"{n.value:.1f}") for n in numbers)
-    heads = [f"{k} {where}" for where in ("at rest", "at speed") for k in range(1, 5)]
-    return page.table(["diameters", *heads], rows)
+def _table(heads, cells):
+    return page.table(heads, _grouped(cells))
 
 
 def _crossings(found):
@@ -86,15 +87,6 @@ def _crossings(found):
                      f"{100 * number.value / (16_043 / 60):.1f} %"])  # fmt: skip
     heads = ["engine order", "family", "nodal diameters", "speed [Hz]", "of the design speed"]
     return page.table(heads, rows)
-
-
-def _stress(found):
-    """What CalculiX's displacements say of stresses at the design speed."""
-    return page.table(
-        ["at the design speed", "value"],
-        [[n.quantity, f"{n.value:.3g} {n.unit}"] for n in found.values()
-         if n.at.startswith("of the blade")],
-    )  # fmt: skip
 
 
 def _fans(found, columns):
@@ -110,23 +102,6 @@ def _fans(found, columns):
         if len(cells) == len(columns)
     ]
     return page.table(["blades", "percentile", *columns], rows)
-
-
-def _limits(found):
-    """Shares of fans above limits, by where they run."""
-    shares = [n for n in found.values() if n.quantity.startswith("share of fans above")]
-    heads = dict.fromkeys(number.quantity for number in shares)
-    return page.table(["fans", *heads], _grouped((n.at, _interval(n)) for n in shares))
-
-
-def _conclusions(found):
-    """Rows: what is asked; columns: levels of mistuning."""
-    quantities = (
-        "median of A_nl/A_lin", "share of A_nl above A_lin", "rank correlation of A_nl and A_lin",
-    )  # fmt: skip
-    asked = [number for quantity in quantities for number in _rows(found, quantity)]
-    levels = dict.fromkeys(number.at for number in asked)
-    return page.table(["of the fans", *levels], _grouped((n.quantity, _interval(n)) for n in asked))
 
 
 def _coated(found):

@@ -83,7 +83,9 @@ def reduce(
         at_speeds = []
         for model in models:
             there, others = Cyclic(model, diameters).modes(2 * n_followed)
-            found = there[_like(followed, others)]
+            likeness = np.abs(followed.conj().T @ others)
+            # of the other modes that each of ours is most like, no one twice
+            found = there[linear_sum_assignment(likeness, maximize=True)[1]]
             change = values[:n_followed] * (found / squares - 1.0)
             at_speeds.append(part.stiffness + _hermitian((momentum * change) @ momentum.conj().T))
         parts.append(part)
@@ -91,30 +93,16 @@ def reduce(
     return parts, stiffness
 
 
-def _like(momentum, others):
-    """Which of the other modes each of some is most like, no one twice."""
-    likeness = np.abs(momentum.conj().T @ others)
-    return linear_sum_assignment(likeness, maximize=True)[1]
-
-
 def _hermitian(a):
     return (a + a.conj().T) / 2
 
 
-def blocks(parts: list[np.ndarray], n_sectors: int) -> np.ndarray:
-    """Blocks (n_sectors, p, m) of a real cyclic matrix from its parts (p, m) by nodal diameters.
-
-    Block d is that between the rows of sector j + d and the columns of sector j.
-    """
-    out = np.zeros((n_sectors, *parts[0].shape))
-    sector = np.arange(n_sectors)[:, None, None]
-    for diameters, part in enumerate(parts):
-        twice = 1.0 if diameters in (0, n_sectors / 2) else 2.0
-        out += twice / n_sectors * (np.exp(2j * np.pi * diameters * sector / n_sectors) * part).real
-    return out
-
-
 def whole(parts: list[np.ndarray], n_sectors: int) -> np.ndarray:
     """The real cyclic matrix (N, p, N, m) of its parts (p, m) by nodal diameters."""
-    n = np.arange(n_sectors)
-    return blocks(parts, n_sectors)[(n[:, None] - n) % n_sectors].transpose(0, 2, 1, 3)
+    # block d is that between the rows of sector j + d and the columns of sector j
+    blocks, n = np.zeros((n_sectors, *parts[0].shape)), np.arange(n_sectors)
+    for diameters, part in enumerate(parts):
+        twice = 1.0 if diameters in (0, n_sectors / 2) else 2.0
+        turned = np.exp(2j * np.pi * diameters * n[:, None, None] / n_sectors) * part
+        blocks += twice / n_sectors * turned.real
+    return blocks[(n[:, None] - n) % n_sectors].transpose(0, 2, 1, 3)

@@ -46,7 +46,7 @@ def numbers(model: Path, scale: float, ranks: int, folder: Path, figures: Path) 
                     shutil.copy(drawn, figures / f"{figure}{drawn.suffix}")
         with hpcrub.open(output) as file:
             if study == "contact":
-                found += response_of(file)
+                found += tuned_of(file, "amplitude", "amplitude of the tuned fan in contact")
             elif study == "percentiles":
                 found += percentiles_of(file) + stresses_of(file) + conclusions_of(file)
             elif study == "half_damping":
@@ -67,12 +67,10 @@ def run(study: str, model: Path, scale: float, ranks: int, output: Path) -> None
     program.run(ranks, ROOT / "main.py", source, *changes, "--output", output, "--resume")
 
 
-def response_of(file: Results) -> list[Number]:
-    """Amplitude of the tuned fan at all speeds."""
-    return [
-        Number("amplitude of the tuned fan in contact", f"{speed:g} Hz", 1e3 * a, "mm")
-        for speed, a in zip(file.config.speeds.values_hz, file["tuned/amplitude_m"], strict=True)
-    ]
+def tuned_of(file: Results, name: str, what: str) -> list[Number]:
+    """A displacement of the tuned fan at all speeds."""
+    values = zip(file.config.speeds.values_hz, file[f"tuned/{name}_m"], strict=True)
+    return [Number(what, f"{speed:g} Hz", 1e3 * value, "mm") for speed, value in values]
 
 
 def percentiles_of(file: Results, where: str = "") -> list[Number]:
@@ -148,11 +146,9 @@ def conclusions_of(file: Results) -> list[Number]:
 
 def wear_of(file: Results) -> list[Number]:
     """Amplitude and depth of the tuned fan at all speeds; percentiles of both over the fans."""
-    found = []
-    for name, what in (("largest_amplitude_m", "largest amplitude of the tuned fan on a coating"),
-                       ("worn_depth_m", "worn depth of the tuned fan")):  # fmt: skip
-        values = zip(file.config.speeds.values_hz, file[f"tuned/{name}"], strict=True)
-        found += [Number(what, f"{speed:g} Hz", 1e3 * value, "mm") for speed, value in values]
+    largest = "largest amplitude of the tuned fan on a coating"
+    found = tuned_of(file, "largest_amplitude", largest)
+    found += tuned_of(file, "worn_depth", "worn depth of the tuned fan")
     found += _percentiles(file, "largest amplitude on a coating", "samples/peak_amplitude_m", "mm",
                           1e3)  # fmt: skip
     found += _percentiles(file, "largest worn depth", "samples/deepest_m", "mm", 1e3)

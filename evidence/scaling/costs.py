@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evidence.page import ROOT
-from hpcrub.config.schema import load_runs
 from hpcrub.response import sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
@@ -22,12 +20,6 @@ class Costs(NamedTuple):
     polls: np.ndarray  # (m,) time from one poll to the next [s]
     speeds: np.ndarray  # (k,) sweeps of single speeds [s]
     finish: float  # eigenproblem and linear peak [s]
-
-
-def paper():
-    """Configurations of the paper's four cases, that of four bumps first."""
-    cases = load_runs(ROOT / "inputs" / "nodal_diameters.yaml")
-    return sorted(cases, key=lambda case: case.casing.n_bumps != 4)
 
 
 def measure(config, n_samples):
@@ -50,17 +42,14 @@ def measure(config, n_samples):
         whole.append(time.process_time() - ticks[0])
         polls.extend(np.diff(ticks))
         most = most_parts(len(speeds))
-        parts.append({n: _cut(modes, problem.scene, speeds, n) for n in range(2, most + 1)})
-    single = [_seconds(modes, problem.scene, speeds, [i]) for i in range(0, len(speeds), 4)]
+
+        def takes(selection, modes=modes):
+            start = time.process_time()
+            sweep.run_sweep(modes, problem.scene, speeds, lambda: None, selection=selection)
+            return time.process_time() - start
+
+        parts.append({n: [takes(range(part, len(speeds), n)) for part in range(n)]
+                      for n in range(2, most + 1)})  # fmt: skip
+    single = [takes([i]) for i in range(0, len(speeds), 4)]
     whole, polls, single = map(np.array, (whole, polls, single))
     return Costs(whole, parts, polls, single, float(np.median(finish)))
-
-
-def _cut(modes, scene, speeds, n):
-    return [_seconds(modes, scene, speeds, range(part, len(speeds), n)) for part in range(n)]
-
-
-def _seconds(modes, scene, speeds, selection):
-    start = time.process_time()
-    sweep.run_sweep(modes, scene, speeds, lambda: None, selection=selection)
-    return time.process_time() - start

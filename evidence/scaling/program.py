@@ -65,9 +65,3 @@ def whole_studies(config, n_each, all_ranks):
 def integrating(summary):
     """Seconds of the tuned disk and the samples in a run log's summary."""
     return sum(summary["phases"].get(name, 0.0) for name in ("tuned disk", "samples"))
-
-
-def writing(summary):
-    """Seconds to write one sample, of one rank, in a run log's summary."""
-    busy = (1.0 - summary["idle_share"]) * summary["core_seconds"]
-    return summary["writing_share"] * busy / max(summary["done_in_this_run"], 1)

@@ -18,19 +18,10 @@ VARIANTS = {"as it is": True, "samples never cut": False}  # whether samples are
 def machine(found):
     """What a rank of this machine needs besides integrating in time, a `simulate.Machine`."""
     finish = np.median([costs.finish for costs in found["costs"].values()])
-    finish += program.writing(found["studies"][1])
+    alone = found["studies"][1]
+    busy = (1.0 - alone["idle_share"]) * alone["core_seconds"]
+    finish += alone["writing_share"] * busy / max(alone["done_in_this_run"], 1)
     return simulate.Machine(found["receive"], found["send"], float(finish))
-
-
-def simulations(found, all_ranks):
-    """{(variant, ranks): Result} of all cases one after another, in the order of the ranks."""
-    table = {}
-    names = [counted(n, "rank") for n in all_ranks]
-    for n_ranks in progress.followed(all_ranks, "simulation", names=names):
-        for name, cut in VARIANTS.items():
-            table[name, n_ranks] = _cases(found, n_ranks, SAMPLES, cut)
-    table["more samples", all_ranks[-1]] = _cases(found, all_ranks[-1], MORE * SAMPLES, True)
-    return table
 
 
 def _cases(found, n_ranks, n_samples, cut):
@@ -46,7 +37,12 @@ def _cases(found, n_ranks, n_samples, cut):
 
 def write(found, all_ranks):
     """The parts of the page."""
-    table = simulations(found, all_ranks)
+    table = {}  # (variant, ranks): Result of all cases one after another
+    names = [counted(n, "rank") for n in all_ranks]
+    for n_ranks in progress.followed(all_ranks, "simulation", names=names):
+        for name, cut in VARIANTS.items():
+            table[name, n_ranks] = _cases(found, n_ranks, SAMPLES, cut)
+    table["more samples", all_ranks[-1]] = _cases(found, all_ranks[-1], MORE * SAMPLES, True)
     this = machine(found)
     each = [
         ["rank 0: a message with a result", f"{1e6 * this.receive:.0f} µs"],

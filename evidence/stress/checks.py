@@ -53,11 +53,12 @@ def examine(case):
     modes, scene, speeds = build(case)
     # amplitudes are those of every step: what is compared with them has to see every step, too
     scene = scene._replace(record_interval=0.0)
-    checks = [consistent, follow, stepwise, refine]
+    checks = [follow, stepwise, refine]
     checks += {0: [audited], 1: [histories]}.get(case.number % EVERY, [])
-    counts, faults = Counter(), []
+    counts = Counter()
     with np.errstate(all="ignore"):
         result = run_sweep(modes, scene, speeds, width=WIDTH)
+        faults = list(inconsistent(scene, speeds, result))
         for check in checks:
             found, more = check(modes, scene, speeds, result)
             counts.update(found)
@@ -84,12 +85,8 @@ def by_band(check):
     return checked
 
 
-def consistent(_modes, scene, speeds, result):
+def inconsistent(scene, speeds, result):
     """No NaN or infinity in a result, no result without a status, no failure without a reason."""
-    return {}, list(_inconsistent(scene, speeds, result))
-
-
-def _inconsistent(scene, speeds, result):
     numbers = np.stack([result.amplitude, result.localisation])
     failed = result.point_status == DIVERGED
     if not np.isin(result.point_status, (STEADY, NOT_STEADY, DIVERGED)).all():
@@ -168,14 +165,19 @@ def stepwise(modes, scene, speeds, result):
     run(bank, 1)
     table = bank.scheme.bump
     shown = scene.casing.table(scene.interface.angle, grid.steps_per_revolution, len(table))
-    row = aligned_zeros((1, table.shape[1]))
+    row, radial = aligned_zeros((1, table.shape[1])), bank.scheme.normal[:, : shown.shape[1]].T
     one = bank._replace(scheme=bank.scheme._replace(bump=row))
     worst, contacts, faults = 0.0, 0, set()
-    for step in _busiest(shown, STEPWISE):
+    # steps that end a little after a bump has passed a blade
+    last = min(len(shown), int(np.argmax(shown.max(axis=1))) + STEPWISE // 2)
+    for step in range(max(0, last - STEPWISE), last):
         row[0] = table[step]
         bank.state.multiplier[:] = 0.0
         run(one, 1)
-        depth, size, force = (v[:, fine] for v in _contacts(bank, scene, shown[step]))
+        wall = bank.state.ramp * shown[step][:, None]
+        force = bank.state.multiplier[: len(radial), fine]
+        depth = (radial @ bank.state.position + wall - scene.clearance)[:, fine]
+        size = (np.abs(radial) @ np.abs(bank.state.position) + wall + scene.clearance)[:, fine]
         # p and Wλ are sums over the modes; the solver stops at 1e-12 of the deepest penetration
         unit = (len(modes.omega) + 1) * np.finfo(float).eps * size.max(axis=0) + 5e-324
         gap = np.where(force > 0.0, np.abs(depth), depth)
@@ -186,22 +188,6 @@ def stepwise(modes, scene, speeds, result):
     if not worst <= MOST_ROUND_OFF:
         faults.add(f"penetration or gap at a contact of {worst:.3g} units of round-off")
     return {"penetration": float(worst), "contacts": contacts}, sorted(faults)
-
-
-def _contacts(bank, scene, bump):
-    """After a step, of every tip and lane (n, L): depth [m], the magnitudes it is the sum of, and
-    normal force."""
-    n = len(bump)
-    radial, wall = bank.scheme.normal[:, :n].T, bank.state.ramp * bump[:, None]
-    depth = radial @ bank.state.position + wall - scene.clearance
-    size = np.abs(radial) @ np.abs(bank.state.position) + wall + scene.clearance
-    return depth, size, bank.state.multiplier[:n].copy()
-
-
-def _busiest(table, n):
-    """Consecutive rows of the bump table that end a little after a bump has passed a blade."""
-    last = min(len(table), int(np.argmax(table.max(axis=1))) + n // 2)
-    return range(max(0, last - n), last)
 
 
 def refine(modes, scene, speeds, result):
@@ -225,16 +211,16 @@ def refine(modes, scene, speeds, result):
     stable = scene.scheme == "exact_modal" or scene.step * modes.omega.max() < 2.0
     if not stable or scene.step > LARGEST_FINE_STEP:
         return {"unconfirmed": len(well)}, []
-    alone = [i for i in well if not _comes_near(modes, finer, speeds[i])]
+    copies = 1.0 + APART * np.arange(COPIES)
+    near = NEAR * scene.interface.radius.max()
+
+    def comes_near(speed):
+        found = run_sweep(modes, finer, speed * copies, width=WIDTH)
+        return (found.point_status == DIVERGED).any() or found.amplitude.max() > near
+
+    alone = [i for i in well if not comes_near(speeds[i])]
     words = sorted({status.WORDS[r] for r in result.point_reason[alone]})
     return {"unconfirmed": len(well)}, [f"{w}, but not with a quarter of the step" for w in words]
-
-
-def _comes_near(modes, scene, speed):
-    """Whether one of the copies diverges or has an amplitude near the limit."""
-    copies = run_sweep(modes, scene, speed * (1.0 + APART * np.arange(COPIES)), width=WIDTH)
-    limit = scene.interface.radius.max()
-    return bool((copies.point_status == DIVERGED).any() or copies.amplitude.max() > NEAR * limit)
 
 
 def audited(modes, scene, speeds, result):
@@ -273,7 +259,9 @@ def histories(modes, scene, speeds, result):
         failed[block == ends] = lost[block == ends]
         last = (block <= ends) & (block > ends - window) & ~lost
         amplitude[last] = np.maximum(amplitude[last], piece.peak[:, last].max(axis=0))
-        faults |= set(_odd(piece, ~lost))
+        for values in (piece.time, piece.position, piece.normal_force, piece.tangential_force):
+            if not np.isfinite(values[..., ~lost]).all():
+                faults.add("NaN or infinity in a history without a reason")
         faults |= set(_depth(modes, scene, speeds, piece, np.flatnonzero(last)))
     if not np.array_equal(failed, result.point_status == DIVERGED):
         faults.add("a history fails where its sweep does not, or the other way round")
@@ -281,12 +269,6 @@ def histories(modes, scene, speeds, result):
     if not np.allclose(amplitude[well], result.amplitude[well], rtol=1e-9, atol=0.0):
         faults.add("a history has another amplitude than its sweep")
     return {"histories": len(speeds)}, sorted(faults)
-
-
-def _odd(piece, well):
-    forces = piece.normal_force, piece.tangential_force
-    if not all(np.isfinite(v[..., well]).all() for v in (piece.time, piece.position, *forces)):
-        yield "NaN or infinity in a history without a reason"
 
 
 def _depth(modes, scene, speeds, piece, lanes):

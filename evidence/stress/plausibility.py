@@ -97,7 +97,9 @@ def log_uniform(rng: random.Random, low: float, high: float) -> float:
 
 
 def scene(rng: random.Random) -> dict[str, Any]:
-    """Keys of a random disk, casing and speed."""
+    """Keys of a random disk, casing and speed, now and then of the blisk."""
+    if rng.random() < BLISKS:
+        return blisk(rng)
     log = partial(log_uniform, rng)
     n_blades, n_elements = rng.choice((2, 3, 4, 6)), rng.choice((1, 2, 3))
     most = n_blades * (3 * n_elements + 3)
@@ -208,24 +210,19 @@ def measured(rng: random.Random, height: float) -> dict[str, Any]:
     return {"casing.profile_deg": np.round(angle, 6).tolist(), "casing.profile_mm": change}
 
 
-def scaled_blisk(factor: float) -> str:
-    """Name of a model file of the blisk whose frequencies are so many times higher."""
+def blisk(rng: random.Random) -> dict[str, Any]:
+    """Keys of a scene of the blisk, its frequencies scaled: first family from 60 Hz to 6 kHz."""
+    factor = rng.choice((0.1, 0.3, 1.0, 3.0, 10.0))
     path = Path(tempfile.gettempdir()) / f"hpcrub-plausibility-{os.getpid()}-{factor:g}.h5"
     if not path.exists():
         arrays = model_file.read("inputs/blisk/blisk.h5")
         scaled = {k: factor**power * arrays[k] for k, power in SCALED.items()}
         model_file.write(path, arrays | scaled)
-    return str(path)
-
-
-def blisk(rng: random.Random) -> dict[str, Any]:
-    """Keys of a scene of the blisk, its frequencies scaled: first family from 60 Hz to 6 kHz."""
-    factor = rng.choice((0.1, 0.3, 1.0, 3.0, 10.0))
     n_bumps, height = rng.choice((2, 3, 4, 24)), math.exp(rng.uniform(-4.0, 0.0))
     speed = factor * rng.uniform(550.0, 700.0) / n_bumps
     return speeds_from(speed) | {
         "casing.growth_time_s": 1e-3,
-        "disk.model": scaled_blisk(factor),
+        "disk.model": str(path),
         "material.damping_ratio": log_uniform(rng, 3e-3, 0.05),
         "casing.n_bumps": n_bumps,
         "casing.bump_height_mm": height,
@@ -234,18 +231,6 @@ def blisk(rng: random.Random) -> dict[str, Any]:
         "time.step_s": 1e-4,
         "mistuning.half_range_percent": [rng.choice((TUNED, 2.0))],
     }
-
-
-def input_of(keys: dict[str, Any]) -> Config:
-    """Checked configuration of a scene, with as long a simulated time as its step allows here.
-
-    Raises InputError.
-    """
-    config = imported.resolved(Config().replace(keys))
-    window = config.steady_state.window_revolutions / config.speeds.from_hz
-    time = min(4.0 * max(FIRST_CHECK, 2.0 * window), MOST * config.step)
-    times = {"steady_state.first_check_s": time / 4.0, "steady_state.max_time_s": time}
-    return studies.run_of(config.replace(times)).checked().config
 
 
 def sweep(config: Config, motion: Motion | None = None) -> tuple[SweepResult, Motion]:
@@ -272,7 +257,12 @@ def pairs_of(a: SweepResult, b: SweepResult) -> Pairs:
 def compare(keys: dict[str, Any]) -> Outcome:
     """A scene at its own step and at a finer one."""
     try:
-        config = input_of(keys)
+        config = imported.resolved(Config().replace(keys))
+        window = config.steady_state.window_revolutions / config.speeds.from_hz
+        # as long a simulated time as the step allows here
+        time = min(4.0 * max(FIRST_CHECK, 2.0 * window), MOST * config.step)
+        times = {"steady_state.first_check_s": time / 4.0, "steady_state.max_time_s": time}
+        config = studies.run_of(config.replace(times)).checked().config
         problem = build_problem(config)
         said = next(plausibility.warnings(config, problem), "")
         if said:
@@ -304,16 +294,11 @@ def is_short(keys: dict[str, Any]) -> bool:
 def scenes(n: int, seed: int, kind: str = "random") -> list[Outcome]:
     """Scenes of a kind, each at its own step and at one ten times finer, some at a time."""
     rng = random.Random(seed)
-    draw = {"random": any_scene, "narrow bumps": narrow_bumps, "noise": noisy}[kind]
+    draw = {"narrow bumps": narrow_bumps, "noise": noisy}.get(kind, scene)
     short = filter(is_short, (draw(rng) for _ in itertools.count()))
     with multiprocessing.get_context("spawn").Pool(WORKERS) as pool:
         found = pool.imap(compare, list(itertools.islice(short, n)))
         return list(progress.followed(found, f"scenes, {kind}", n))
-
-
-def any_scene(rng: random.Random) -> dict[str, Any]:
-    """Keys of a random scene, now and then of the blisk."""
-    return blisk(rng) if rng.random() < BLISKS else scene(rng)
 
 
 def table(found: dict[str, list[Outcome]]) -> str:

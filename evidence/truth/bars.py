@@ -26,21 +26,10 @@ class Mass(NamedTuple):
     spring: float
 
 
-class Bar(NamedTuple):
-    """One bar of coating; without one, a wall of thickness 0."""
-
-    thickness: float = 0.0
-    young: float = 0.0
-    yield_stress: float = 0.0
-    hardening: float = 0.0
-    area: float = 0.0
-
-
 class Motion(NamedTuple):
     """State at the times 0, dt, 2 dt, ..."""
 
     place: np.ndarray  # u (n + 1,) [m]
-    velocity: np.ndarray  # (n + 1,) [m/s]
     worn: np.ndarray  # w (n + 1,) [m]
     highest: float  # largest u, between these times, too [m]
     events: list  # times [s]
@@ -50,13 +39,13 @@ class Reference:
     """One mass, one wall."""
 
     def __init__(self, mass, bar, gap, stiffness=0.0, damping=0.0):
-        """stiffness, damping: of the casing behind the bar."""
-        self.mass, self.bar, self.gap = mass, bar, gap
-        self.k, self.d = stiffness, damping
-        t, E, H = bar.thickness, bar.young, bar.hardening
-        self.k1 = E * bar.area / t if t else 0.0
-        self.k2 = self.k1 * H / (E + H) if t else 0.0
-        self.c0 = bar.area * E * bar.yield_stress / (E + H) if t else 0.0
+        """bar: thickness, E, σ_Y, H and area of a coating, zeros without one; stiffness, damping:
+        of the casing behind it."""
+        self.mass, self.gap, self.k, self.d = mass, gap, stiffness, damping
+        self.thickness, E, yields, H, area = bar
+        self.k1 = E * area / self.thickness if E else 0.0
+        self.k2 = self.k1 * H / (E + H) if E else 0.0
+        self.c0 = area * E * yields / (E + H) if E else 0.0
 
     def _flow(self, regime, w, dt):
         """Matrix that takes (u, u̇, 1) a time dt further."""
@@ -65,9 +54,9 @@ class Reference:
         C = (0.0, self.k1 * w, -self.c0)[coat]
         D = 0.0
         if casing != AWAY:  # the bar is used up, and keeps its force
-            K, C = 0.0, C - K * self.bar.thickness
+            K, C = 0.0, C - K * self.thickness
         if casing == PRESSED:
-            K, D, C = self.k, self.d, C + self.k * self.bar.thickness
+            K, D, C = self.k, self.d, C + self.k * self.thickness
         m, c, s = self.mass
         A = np.zeros((3, 3))
         A[0, 1] = 1.0
@@ -77,7 +66,7 @@ class Reference:
     def _guards(self, regime, y, w):
         """What is positive as long as a regime holds, and the regime that follows each."""
         (coat, casing), p, v = regime, y[0] - self.gap, y[1]
-        t = self.bar.thickness
+        t = self.thickness
         if casing != AWAY:
             pass  # no strain changes
         elif self.k1 and coat == UNTOUCHED:
@@ -100,7 +89,7 @@ class Reference:
         """Worn depth at a state: on the plastic line, where the elastic one meets it."""
         if regime[0] != PLASTIC:
             return w
-        p = min(y[0] - self.gap, self.bar.thickness)
+        p = min(y[0] - self.gap, self.thickness)
         return max(w, p - (self.k2 * p + self.c0) / self.k1)
 
     def run(self, velocity, dt, n_steps):
@@ -140,8 +129,7 @@ class Reference:
                 whole = self._flow(regime, w, dt)
             out.append(y)
             worn.append(w)
-        out = np.array(out)
-        return Motion(out[:, 0], out[:, 1], np.array(worn), highest, events)
+        return Motion(np.array(out)[:, 0], np.array(worn), highest, events)
 
     def _rest(self, regime, y, w, left):
         """Time at which the mass turns round, and its place then."""

@@ -3,12 +3,16 @@
 The casing's modes stay in the frame in which they do not turn; what turns are the places of the
 blades, so that projections and Delassus operator are made anew at every step. Every mode follows
 the exact three-level recurrence q⁺ = 2 e^{−ξωh} cos(ω_d h) q − e^{−2ξωh} q⁻ + g f, whose factor g
-gives a constant force its static displacement. Plain NumPy and a projected Gauss–Seidel of its own.
+gives a constant force its static displacement. Plain NumPy and a projected Gauss–Seidel of its own,
+which the other second programs use, too.
 """
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
+
+SWEEPS = 5000  # at most
 
 
 class Ring(NamedTuple):
@@ -51,6 +55,7 @@ def recurrence(omega, damping_ratio, h):
     return 2.0 * e * cosine, -(e**2), (1.0 - 2.0 * e * cosine + e**2) / omega**2
 
 
+@numba.njit
 def bump(wall, theta, t):
     """Height of the bumps at angles of the casing [m]."""
     pitch = 2.0 * np.pi / wall.n_bumps
@@ -60,18 +65,19 @@ def bump(wall, theta, t):
     return grown * wall.height * np.exp(-((phi / (0.1 * pitch)) ** 2))
 
 
+@numba.njit
 def forces(W, p):
-    """λ ≥ 0, p − Wλ ≤ 0, λ·(p − Wλ) = 0."""
+    """λ ≥ 0, p − Wλ ≤ 0, λ·(p − Wλ) = 0 (n_c,), to rounding. Raises RuntimeError."""
     found, last = np.zeros(len(p)), np.inf
-    for _ in range(2000):
+    for _ in range(SWEEPS):
         change = 0.0
         for i in range(len(p)):
             new = max(0.0, found[i] + (p[i] - W[i] @ found) / W[i, i])
             change, found[i] = max(change, abs(new - found[i]) * W[i, i]), new
         if change <= 1e-16 + 1e-14 * p.max() or change >= last < 1e-13 * p.max():
-            break
+            return found
         last = change
-    return found
+    raise RuntimeError("Gauss-Seidel did not converge")
 
 
 def integrate(
@@ -96,10 +102,10 @@ def integrate(
         R, T = np.hstack([normal, -w]), np.hstack([tangential, -v])
         new = keep * q + before * old
         p = R @ new + bump(wall, theta, (step + 1) * h) - wall.clearance
-        push, touching = np.zeros(len(angle)), np.arange(len(angle))
+        push = np.zeros(len(angle))
         if p.max() > 0.0:
             G = R + wall.friction * T
-            push[touching] = forces((R * gain) @ G.T, p)
+            push = forces((R * gain) @ G.T, p)
             new = new - gain * (G.T @ push)
         old, q = q, new
         found.disk[step], found.ring[step], found.force[step] = q[:K], q[K:], push

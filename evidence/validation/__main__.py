@@ -11,7 +11,6 @@ from importlib import import_module
 from pathlib import Path
 
 from evidence import page, progress
-from evidence.validation import report
 
 CASES = (  # modules of this folder
     "bouncing_bar", "moving_wall", "cantilever", "full_disk", "linear_load", "energy_audit",
@@ -47,11 +46,13 @@ def run(names, figures):
     parts, failed = {}, 0
     for name in progress.followed(names, "validation", names=names):
         found, verdicts = import_module(f"evidence.validation.{name}").section(figures)
-        found["thresholds"] = report.verdict_table(verdicts)
-        parts |= {f"{name}_{part}": text for part, text in found.items()}
+        rows = []
         for v in verdicts:
-            word = "passed" if v.passed else "FAILED"
-            print(f"  {word}: {v.what}: {v.value:.3g} ({v.allowed})", flush=True)
+            word, value = "passed" if v.passed else "FAILED", f"{v.value:.3g}"
+            rows.append([v.what, value, v.allowed, word if v.passed else f"**{word}**"])
+            print(f"  {word}: {v.what}: {value} ({v.allowed})", flush=True)
+        found["thresholds"] = page.table(["threshold", "found", "allowed", "verdict"], rows)
+        parts |= {f"{name}_{part}": text for part, text in found.items()}
         failed += sum(not v.passed for v in verdicts)
     if failed:
         print(f"{failed} thresholds are not kept", file=sys.stderr)

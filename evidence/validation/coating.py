@@ -6,7 +6,7 @@ Every figure comes from a function here, which the tests call, too.
 import numpy as np
 
 from evidence.page import ROOT
-from evidence.truth.bars import Bar, Mass, Reference
+from evidence.truth.bars import Mass, Reference
 from evidence.truth.disk import reference_reduced, reference_scene
 from evidence.truth.energy import audit
 from evidence.truth.motion import Structure, make_bank, recorded, start_free, wall
@@ -58,7 +58,7 @@ BLISK = {
 
 def exact(coating, casing, duration=DURATION):
     """Event-driven motion of MASS; see `bars.Reference`."""
-    bar = Bar(*coating[:5]) if coating else Bar()
+    bar = coating[:5] if coating else (0.0,) * 5
     return Reference(MASS, bar, GAP, *(casing or ())).run(SPEED, 1e-5, round(duration / 1e-5))
 
 
@@ -160,16 +160,6 @@ def reference_disk(**law):
     modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
     found = reference_scene(scheme="exact_modal", step=1e-5, casing=CasingShape(4, 1e-3), **law)
     return modes, found, 34.25
-
-
-def contact_loss(h, turns=6):
-    """Energy that steps h [s] take in the contacts of some turns, over what the casing stores."""
-    modes, scene, speed = reference_disk(elastic_casing=ElasticCasing(2.4e8))
-    scene = scene._replace(step=h)
-    grid = cut_revolution(speed, scene)
-    bank = allocate(modes, scene, grid, 8, [speed])
-    found = audit(bank, turns * grid.steps_per_revolution, scene)
-    return found.impact[:, 0].sum() / np.maximum(found.elastic[:, 0], 0.0).sum()
 
 
 def blisk(**law):

@@ -1,159 +1,19 @@
 """The 12-blade disk without modal coordinates, by an implicit velocity-level scheme.
 
-Same finite-element matrices, casing law and physics as the studies, everything else different:
-
-- all 240 dof without Craig–Bampton reduction, or the reduced matrices, never modal coordinates; the
-  modal damping is a full matrix C = M Φ diag(2ξω) Φᵀ M;
-- a Moreau–Jean type scheme, the θ-method in displacement and velocity,
-  (M + hθC + h²θ²K)(v_{k+1} − v_k) = −h C v_k − h K (u_k + hθ v_k) + Jᵀp,
-  u_{k+1} = u_k + h [θ v_{k+1} + (1 − θ) v_k];
-- contact on the level of velocities and impulses, with w the place of the casing and e = 0:
-  0 ≤ max(g_k, 0) + (w_{k+1} − w_k) − h u̇_{r,k+1} ⊥ p ≥ 0, and then a projection of the positions on
-  g_{k+1} ≥ 0 that leaves the velocities (Acary 2013). With g_k in place of max(g_k, 0) the velocity
-  would take back what a tip has sunk in, which is restitution of up to 1/2 after each impact.
-  The kernel corrects positions by forces that act one step earlier;
-- friction −μp along +t; projected Gauss–Seidel on the impulses of all tips.
-
-The clock is the time, not the angle, so all speeds share every step. θ = 1/2 would leave modes far
-above 1/h undamped, which every impact excites: θ = 0.51 takes 4 % of them a step and adds
-(θ − 1/2)ωh, 4·10⁻⁵ at 138 Hz and h = 5 µs, to the damping ratio.
+`evidence.truth.moreau_jean` takes the same finite-element matrices, all 240 dof without
+Craig–Bampton reduction, or the reduced ones.
 """
 
-from typing import NamedTuple
-
-import numba
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, eigh
 
 from evidence.truth.disk import earlier_disk, earlier_reduced, reference_scene
+from evidence.truth.moreau_jean import amplitudes, unreduced
 from evidence.truth.motion import WIDTH
 from evidence.truth.ring import Wall
 from evidence.validation import report
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
-
-SWEEPS, TOLERANCE, THETA = 200, 1e-12, 0.51
-
-
-@numba.njit
-def surface(casing, angle, t):
-    """Place of a Wall over a tip at rest, at ``angle`` from bump 0 at time t [m]."""
-    pitch = 2.0 * np.pi / casing.n_bumps
-    phi = (angle + pitch / 2.0) % pitch - pitch / 2.0
-    bump = casing.height * np.exp(-((phi / (0.1 * pitch)) ** 2))
-    x = 5.0 * min(t / casing.ramp_time, 1.0)
-    return casing.clearance - (1.0 - np.exp(-x)) / (1.0 - np.exp(-5.0)) * bump
-
-
-class Model(NamedTuple):
-    """What the scheme needs of a structure; a `hpcrub.disk.Disk` has the same members."""
-
-    mass: np.ndarray  # (n, n)
-    stiffness: np.ndarray  # (n, n)
-    contact_dof: np.ndarray  # (n_c, 2) u_r, u_t of each tip
-    contact_angle: np.ndarray  # (n_c,) [rad]
-
-
-def of_reduced(reduced):
-    """The reduced matrices as a Model, without modal coordinates."""
-    interface = reduced.interface
-    rows = np.stack([interface.normal, interface.tangential], axis=1)  # (n_c, 2, n)
-    dof = rows.argmax(axis=2)
-    return Model(reduced.mass, reduced.stiffness, dof, interface.angle)
-
-
-class _Operators(NamedTuple):
-    move: np.ndarray  # (n, 2n) velocity change of a step without contact from (u, v)
-    answer: np.ndarray  # (n, n_c) velocity change per unit impulse
-    delassus: np.ndarray  # (n_c, n_c)
-
-
-def _operators(model, damping_ratio, friction, h, theta):
-    M, K = model.mass, model.stiffness
-    eigenvalues, Phi = eigh(K, M)
-    MPhi = M @ Phi
-    C = MPhi @ (2.0 * damping_ratio * np.sqrt(eigenvalues)[:, None] * MPhi.T)
-    A = cho_factor(M + h * theta * C + (h * theta) ** 2 * K)
-    move = -h * cho_solve(A, np.hstack([K, C + h * theta * K]))
-    radial, tangential = model.contact_dof.T
-    J = np.zeros((len(M), len(radial)))
-    J[radial, np.arange(len(radial))] = -1.0
-    J[tangential, np.arange(len(radial))] = -friction
-    answer = cho_solve(A, J)
-    return _Operators(*map(np.ascontiguousarray, (move, answer, -answer[radial])))
-
-
-@numba.njit
-def _impulses(W, approach):
-    """p ≥ 0, approach − W p ≤ 0, p·(approach − W p) = 0; NaN if that does not converge (n_c,)."""
-    p = np.zeros(len(approach))
-    for _ in range(SWEEPS):
-        change = 0.0
-        for i in range(len(p)):
-            rest = approach[i]
-            for j in range(len(p)):
-                rest -= W[i, j] * p[j]
-            new = max(0.0, p[i] + rest / W[i, i])
-            change = max(change, abs(new - p[i]) * W[i, i])
-            p[i] = new
-        if change <= TOLERANCE * approach.max():
-            return p
-    return np.full(len(p), np.nan)
-
-
-@numba.njit
-def _integrate(operators, casing, dof, angle, speeds_hz, h, theta, n_steps, y, start, peaks):
-    """Integrate from y = (u, v) (2n, S) at the times start (S,) (y, peaks are modified)."""
-    n, n_tips = len(y) // 2, len(angle)
-    approach = np.empty(n_tips)
-    change = np.empty((n, y.shape[1]))
-    for k in range(n_steps):
-        np.dot(operators.move, y, change)
-        for s in range(len(speeds_hz)):
-            t = start[s] + (k + 1) * h
-            turned = 2.0 * np.pi * speeds_hz[s] * t
-            for i in range(n_tips):
-                r = dof[i, 0]
-                before = surface(casing, angle[i] + turned - 2.0 * np.pi * speeds_hz[s] * h, t - h)
-                moved = surface(casing, angle[i] + turned, t) - before
-                open_by = max(before - y[r, s], 0.0)
-                approach[i] = y[n + r, s] + change[r, s] - (open_by + moved) / h
-            if approach.max() > 0.0:
-                change[:, s] += np.dot(operators.answer, _impulses(operators.delassus, approach))
-            left = (n_steps - k - 1) * h * speeds_hz[s]  # revolutions
-            for j in range(n):
-                y[j, s] += h * (y[n + j, s] + theta * change[j, s])
-                y[n + j, s] += change[j, s]
-            for i in range(n_tips):
-                approach[i] = y[dof[i, 0], s] - surface(casing, angle[i] + turned, t)
-            if approach.max() > 0.0:
-                y[:n, s] += np.dot(operators.answer, _impulses(operators.delassus, approach))
-            if left < 6.0:
-                for i in range(n_tips):
-                    window = 0 if left >= 3.0 else 1
-                    peaks[window, s] = max(peaks[window, s], abs(y[dof[i, 1], s]))
-
-
-def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration, theta=THETA, start=None):
-    """Largest |u_t| of any tip over three revolutions.
-
-    model: Model or hpcrub.disk.Disk, mistuned or not; casing: Wall; speeds_hz (S,);
-    h, duration [s]; start: u, v (n, S) and the time (S,) that they belong to, rest by default.
-    Returns amplitudes (2, S) [m] over the three revolutions before the last three and over the
-    last three.
-    """
-    speeds_hz = np.asarray(speeds_hz, dtype=float)
-    operators = _operators(model, damping_ratio, casing.friction, h, theta)
-    n, n_speeds = len(model.mass), len(speeds_hz)
-    u, v, since = start or (*np.zeros((2, n, n_speeds)), np.zeros(n_speeds))
-    y = np.ascontiguousarray(np.concatenate([u, v]))
-    peaks = np.zeros((2, n_speeds))
-    tips = np.ascontiguousarray(model.contact_dof), np.ascontiguousarray(model.contact_angle)
-    n_steps = round(duration / h)
-    _integrate(operators, casing, *tips, speeds_hz, h, theta, n_steps, y, since, peaks)
-    return peaks
-
 
 SPEEDS = np.array([33.25, 33.5, 34.0])  # Hz
 DAMPED, HALF, REFERENCE = 0.02, 0.01, 0.005  # damping ratios
@@ -183,7 +43,7 @@ def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nud
 
 
 def _model(n_modes):
-    return earlier_disk() if n_modes == ALL else of_reduced(earlier_reduced(n_modes))
+    return unreduced(earlier_disk()) if n_modes == ALL else earlier_reduced(n_modes)
 
 
 def _pair(n_modes, damping_ratio, seconds):

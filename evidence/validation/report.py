@@ -53,15 +53,6 @@ def order(what, size, error, low, high=np.inf):
     return Verdict(f"order, {what}", fitted_order(size, error), low, high)
 
 
-def verdict_table(verdicts):
-    """Markdown table of verdicts."""
-    rows = [
-        [v.what, f"{v.value:.3g}", v.allowed, "passed" if v.passed else "**FAILED**"]
-        for v in verdicts
-    ]
-    return table(["threshold", "found", "allowed", "verdict"], rows)
-
-
 def fitted_order(size, error):
     """Slope of log(error) over log(size)."""
     return float(np.polyfit(np.log(size), np.log(error), 1)[0])

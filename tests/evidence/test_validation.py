@@ -1,22 +1,24 @@
 """Validation: the bouncing bar, the whole disk and the cantilever with a stop.
 
 Truth: the exact solution of the bar (`validation.bouncing_bar` derives it), full matrices with an
-implicit scheme, and a reference that goes from event to event. The moving walls and the load in
+implicit scheme, and a reference that goes from event to event. The moving wall and the load in
 time have the same thresholds in `make validate ARGS=--fast`.
 """
 
 import numpy as np
 import pytest
 
+from evidence.truth import moreau_jean, ring
 from evidence.truth.disk import MATERIAL, disk_section, mistune, reference_scene
 from evidence.truth.events import Reference, Wall, fixed_wall
 from evidence.truth.motion import Structure
 from evidence.truth.ring import Wall as Casing
 from evidence.validation import bouncing_bar as bar
-from evidence.validation import cantilever, full_disk
+from evidence.validation import cantilever
 from evidence.validation.report import fitted_order
 from hpcrub.contact.status import STEADY
 from hpcrub.model.disk import build_disk
+from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
@@ -101,9 +103,9 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
         steady=SteadyCriteria(first_check=0.4, max_time=0.4),
     )
     result = run_sweep(modes, scene, SPEEDS, width=8)
-    full = mistune(tuned, deviation)
+    full = moreau_jean.unreduced(mistune(tuned, deviation))
     casing = Casing()
-    before, last = full_disk.amplitudes(full, DAMPING_RATIO, casing, SPEEDS, 1e-5, 0.4)
+    before, last = moreau_jean.amplitudes(full, DAMPING_RATIO, casing, SPEEDS, 1e-5, 0.4)
     assert (result.point_status == STEADY).all()
     assert np.abs(before / last - 1.0).max() < 5e-3
     assert np.abs(result.amplitude / last - 1.0).max() < 0.01
@@ -112,14 +114,13 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
 
 def test_an_impact_of_the_independent_scheme_takes_the_whole_velocity():
     """A free mass with 2 m/s in 1 mm from a wall at rest: e = 0, it stays; none is thrown back."""
-    model = full_disk.Model(
-        np.eye(2), np.zeros((2, 2)) + 1e-9 * np.eye(2), np.array([[0, 1]]), np.zeros(1)
-    )
+    face = planar_interface(np.zeros(1), 0.5)
+    model = moreau_jean.Model(np.eye(2), 1e-9 * np.eye(2), face)
     wall = Casing(n_bumps=1, height=0.0, clearance=1e-3, friction=1.0)
     for h in (1e-4, 0.7e-4, 0.31e-4):
         start = np.zeros((2, 1)), np.array([[2.0], [0.0]]), np.zeros(1)
         ends = [
-            full_disk.amplitudes(model, 0.0, wall, [1.0], h, t, start=start)[1, 0]
+            moreau_jean.amplitudes(model, 0.0, wall, [1.0], h, t, start=start)[1, 0]
             for t in (0.01, 0.02)
         ]
         # friction p = 2 along −t is all that moves it after the impact: −2 m/s
@@ -133,7 +134,7 @@ def test_the_impulses_solve_their_complementarity_problem():
         W = A @ A.T + 6.0 * np.eye(6)
         approach = rng.normal(size=6)
         approach[0] = abs(approach[0])
-        p = full_disk._impulses(W, approach)
+        p = ring.forces(W, approach)
         rest = approach - W @ p
         assert p.min() >= 0.0
         assert rest.max() < 1e-9
