@@ -1,7 +1,7 @@
 """Make the blisk of the tutorial anew: mesh, CalculiX, import, checks (1 min).
 
-Writes build/blisk/blisk.h5, which has whole families of modes where inputs/blisk/blisk.h5 has the
-lowest ones (docs/tutorial_blisk.md). Ends with 1 when a frequency is not that of CalculiX.
+Writes build/blisk/blisk.h5, of which inputs/blisk/blisk.h5 is a copy. Ends with 1 when a frequency
+is not that of CalculiX.
 """
 
 import argparse
