@@ -22,7 +22,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress bench scaling blisk rotor67 reproduce lint reference readme docs links clean
+.PHONY: help setup run test test-faults test-slurm validate stress bench scaling blisk rotor67 reproduce lint reference docs links clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -78,8 +78,6 @@ reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproducti
 
 reference: $(STAMP)  ## write the tables of docs/reference anew
 	@$(VENV_PYTHON) docs/tables.py
-
-readme: reference  ## the old name of reference
 
 docs: reference .venv/set-up-docs  ## build the site in build/docs; fails at a broken link inside
 	@$(VENV_PYTHON) -m sphinx -q --fail-on-warning --keep-going docs build/docs

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.results.layout import DONE
-from hpcrub.statistics.pairs import share_interval
-from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.statistics.percentiles import Z_95, percentile_interval, probability_interval
 from hpcrub.studies import open_result
 
 RUNS_BETWEEN = 2.5, 97.5  # percentiles
@@ -136,7 +135,7 @@ def above_linear(file, level):
     names = "amplification", "linear_amplification"
     contact, linear = (done(file, name, level) for name in names)
     above, n = np.count_nonzero(contact > linear), len(contact)
-    return 100 * above / n, *(100 * end for end in share_interval(above, n))
+    return 100 * above / n, *(100 * end for end in probability_interval(above, n, Z_95))
 
 
 def tuned_amplitudes(file):

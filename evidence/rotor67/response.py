@@ -13,7 +13,7 @@ from evidence.rotor67.numbers import Number
 from hpcrub.config.schema import load_runs
 from hpcrub.plot import pictures
 from hpcrub.results.reader import Results
-from hpcrub.statistics.pairs import rank_correlation, share_interval
+from hpcrub.statistics.pairs import rank_correlation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 
 INPUTS = ROOT / "inputs" / "rotor67"
@@ -138,7 +138,7 @@ def conclusions_of(file: Results) -> list[Number]:
         found += [
             Number("median of A_nl/A_lin", at, middle, "1", low, high),
             Number("share of A_nl above A_lin", at, above / len(ratio), "1",
-                   *share_interval(above, len(ratio))),
+                   *probability_interval(above, len(ratio), Z_95)),
             Number("rank correlation of A_nl and A_lin", at, r, "1", r_low, r_high),
         ]  # fmt: skip
     return found

@@ -13,6 +13,7 @@ from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import pairs
+from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.studies.energy import amplification, largest
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # shares of the samples that lie inside the contours
@@ -48,7 +49,7 @@ def _title(sigma: float, linear: Array, contact: Array) -> str:
     text = f"σ = {sigma:.1f} %, {counted(n, 'sample')}"
     if not n:
         return text
-    low, high = 100 * np.array(pairs.share_interval(above, n))
+    low, high = 100 * np.array(probability_interval(above, n, Z_95))
     text += f"\ncontact above linear for {100 * above / n:.0f} % [{low:.0f}, {high:.0f}]"
     r, r_low, r_high = pairs.rank_correlation(contact, linear)
     if np.isnan(r):

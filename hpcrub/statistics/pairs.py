@@ -1,16 +1,9 @@
-"""Statistics of pairs of numbers: share of pairs, rank correlation, density."""
+"""Statistics of pairs of numbers: rank correlation, density."""
 
 import numpy as np
-from scipy.stats import binomtest, gaussian_kde, norm, spearmanr
+from scipy.stats import gaussian_kde, norm, spearmanr
 
 N_GRID = 80  # points of a density along each axis
-
-
-def share_interval(above: int, n: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of the share above / n; NaN if n is 0."""
-    if n == 0:
-        return np.nan, np.nan
-    return tuple(binomtest(above, n).proportion_ci(method="wilson"))
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
 """Percentiles and convergence errors against a direct evaluation of (6) and (7); pairs of numbers
-against Wilson's interval and Spearman's correlation as scipy has them."""
+against Spearman's correlation as scipy has it."""
 
 import itertools
 import math
