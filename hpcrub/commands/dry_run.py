@@ -91,10 +91,8 @@ def _try(run, problem):
         own = problem if here is config else build_problem(here)
         tried = cost.trial(here, own, study.loads(here), study.integrates, study.histories)
         if tried.result:
-            say(
-                f"measured:             {tried.steps_per_second / 1e6:.3g} million steps per "
-                f"second and core, {tried.until_steady:.3g} s simulated per point"
-            )
+            rate = f"{tried.steps_per_second / 1e6:.3g} million steps per second and core"
+            say(f"measured:             {rate}, {tried.until_steady:.3g} s simulated per point")
             counts = status.count(tried.result.point_reason)
             for line in status.lines(counts, len(tried.result.point_reason)):
                 say(f"tried, one disk:      {line}")
