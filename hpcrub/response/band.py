@@ -155,7 +155,7 @@ class Band:
         """Drop idle lanes where fewer lanes are enough, whose steps cost less."""
         running = [lane for lane, _ in self._running()]
         enough = self.scene.lanes_for(len(running))
-        if enough >= len(self.lanes):
+        if not len(running) <= enough < len(self.lanes):
             return
         idle = [lane for lane, course in enumerate(self.lanes) if course is None]
         kept = (running + idle)[:enough]
