@@ -14,11 +14,11 @@ solver of `blades` asks for them.
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE, TIPS
+from hpcrub.contact.lanes import TILE
 from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.status import JAMMING
 
-FEW = (0,) * min(4, TILE)  # size of a pass over slip velocities when few points need them
+FEW = (0,) * min(4, TILE)  # size of a pass over slip velocities, which few points need
 
 
 @compiled(inner=True)
@@ -43,31 +43,28 @@ def turn(lanes: tuple, state: State, law: SolidArrays, n_fresh: int, n_active: i
     n_fresh: number of entries of ``law.work.fresh`` that count, places in `State.active`.
     n_active: rows of a column.
     """
-    for a in range(n_fresh, n_fresh + TILE):
+    for a in range(n_fresh, n_fresh + len(FEW)):
         law.work.fresh[a] = law.work.fresh[0]
-    for first in range(0, n_fresh, TILE):
-        if n_fresh - first <= len(FEW):
-            slip(lanes, FEW, state, law, first)
-        else:
-            slip(lanes, TIPS, state, law, first)
+    for first in range(0, n_fresh, len(FEW)):
+        slip(lanes, state, law, first)
     for b in range(n_fresh):
         fill_column(lanes, state, law, law.work.fresh[b], n_active)
 
 
 @compiled(inner=True)
-def slip(lanes: tuple, slots: tuple, state: State, law: SolidArrays, first: int) -> None:
+def slip(lanes: tuple, state: State, law: SolidArrays, first: int) -> None:
     """Sum the tangential and axial motion of a few points in the step before (law is modified).
 
-    slots: zeros, one per point; first: place of the first point in ``law.work.fresh``.
+    first: place of the first point in ``law.work.fresh``.
     """
-    for a in range(len(slots)):
+    for a in range(len(FEW)):
         law.work.slipping[a] = state.active[law.work.fresh[first + a]]
-    points = v.indices(slots, law.work.slipping, 0)
-    way = v.tile_splat(slots, v.splat(lanes, 0.0))
+    points = v.indices(FEW, law.work.slipping, 0)
+    way = v.tile_splat(FEW, v.splat(lanes, 0.0))
     for k in range(state.before.shape[0]):
         way = v.tile_add(way, law.tangential, k, points, v.load(lanes, state.before, k))
     v.tile_store(law.cosine, points, way)
-    way = v.tile_splat(slots, v.splat(lanes, 0.0))
+    way = v.tile_splat(FEW, v.splat(lanes, 0.0))
     for k in range(state.before.shape[0]):
         way = v.tile_add(way, law.axial, k, points, v.load(lanes, state.before, k))
     v.tile_store(law.sine, points, way)
