@@ -100,7 +100,7 @@ class Contact(Study):
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """One line: peaks of the tuned disk and at the widest level, amplifications, verdict."""
-        quantity = layout.amplitude_in_words(file.config)
+        quantity = layout.AMPLITUDES[layout.amplitude(file.config)]
         text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
         where = -1, slice(n_counted(file))
         done = file.status[where] == DONE
