@@ -57,9 +57,7 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     for name in ("surface", "contact_node", "contact_blade"):
         yield name, (), getattr(seen, name)
     yield "position_m", (), seen.nodes
-    rows = face.normal, face.tangential, face.axial
-    tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])  # (p, C, K)
-    yield from _of_reduced(config, reduced, cyclic.diameters_of(tips, face.blade, face.angle))
+    yield from _of_reduced(config, reduced, cyclic.tuned_diameters(reduced))
     if disk is not None:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
         n_modes = min(MOST_SHAPES, len(reduced.mass))
