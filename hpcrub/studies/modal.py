@@ -116,10 +116,7 @@ class Modal(Study):
     what = "the disk, its mode shapes, SAFE diagram"
     figures = "1, 2"
     mistunes = False
-
-    def prepare(self, config: Config) -> Model:
-        """Return the full and the reduced model of the tuned disk."""
-        return build_model(config)
+    prepare = staticmethod(build_model)
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets for a planar disk or a model file, for waves of the casing and for air."""

@@ -194,9 +194,8 @@ def cut_through(file: ResultFile) -> tuple[int, int]:
     """Number of tuned runs and samples that cut through a coating, and number of all of them."""
     if "tuned/run_deepest_m" not in file:
         return 0, 0
-    levels = file.config.levels
-    parts = [file.read("tuned/run_deepest_m"), *(finished(file, v, "deepest_m") for v in levels)]
-    depth = np.concatenate(parts)
+    samples = (finished(file, level, "deepest_m") for level in file.config.levels)
+    depth = np.concatenate([file.read("tuned/run_deepest_m"), *samples])
     depth = depth[np.isfinite(depth)]
     return int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config))), len(depth)
 
