@@ -32,7 +32,10 @@ def expand(data: dict[str, Any], given: Sequence[str] = ()) -> list[dict[str, An
     entries = data.pop("runs")
     if not isinstance(entries, list) or not 1 <= len(entries) <= MOST:
         raise InputError(f"runs: {show(entries)} is not a list of 1 to {MOST} runs")
-    replaced = [_replaced(entry) for entry in entries]
+    for entry in entries:
+        if not isinstance(entry, dict) or not entry:
+            raise InputError(f"runs: {show(entry)} does not replace keys, as {{key.path: value}}")
+    replaced = [flatten(entry) for entry in entries]
     for key in given:
         n_lost = sum(key in values for values in replaced)
         if n_lost == len(replaced) or (n_lost and key == "output"):
@@ -42,12 +45,6 @@ def expand(data: dict[str, Any], given: Sequence[str] = ()) -> list[dict[str, An
                 "command line; leave one of the two out"
             )
     return [_run(data, values) for values in replaced]
-
-
-def _replaced(entry):
-    if not isinstance(entry, dict) or not entry:
-        raise InputError(f"runs: {show(entry)} does not replace keys, as {{key.path: value}}")
-    return flatten(entry)
 
 
 def _run(data, replaced):

@@ -31,11 +31,6 @@ class Key(NamedTuple):
     description: str
 
 
-def whole_number(value: Any) -> Any:
-    """Convert a float without fraction, such as 1e4, to int; return anything else unchanged."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
 def show(value: Any) -> str:
     """Text of a value as in an input file, on one line of at most 80 characters."""
     if value is None or isinstance(value, bool):
@@ -206,13 +201,9 @@ def _allowed(node):
         return f"a list of {length} values, each {_allowed(node['items'])}"
     names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
     other = "null" if kind == "null" else node.get("format", "a text")
-    return names.get(kind, other) + _range(node)
-
-
-def _range(node):
     limits = [f" {word} {_plain(node[key])}" for key, word in LIMIT_WORDS.items() if key in node]
     closed = "minimum" in node and "maximum" in node
-    return "".join(limits) if closed else " and".join(limits)
+    return names.get(kind, other) + ("" if closed else " and").join(limits)
 
 
 def _plain(limit):

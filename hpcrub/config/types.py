@@ -24,7 +24,9 @@ Deviation = Annotated[Number, Field(gt=-100, lt=100)]
 Frequency = Annotated[Number, Field(gt=0, le=1e6)]
 Ratio = Annotated[Number, Field(ge=1e-6, lt=1)]
 MOST_SAMPLES = 10**12
-Whole = Annotated[int, Strict(), BeforeValidator(config_text.whole_number)]
+# a float without fraction is a whole number, too, such as 1e4
+_to_int = BeforeValidator(lambda v: int(v) if isinstance(v, float) and v.is_integer() else v)
+Whole = Annotated[int, Strict(), _to_int]
 Switch = Annotated[bool, Strict()]
 Levels = Annotated[tuple[Level, ...], Field(min_length=1, max_length=1000)]
 Percentiles = Annotated[tuple[Percentile, ...], Field(min_length=1, max_length=20)]

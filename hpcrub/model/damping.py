@@ -13,13 +13,6 @@ class Damping(NamedTuple):
     # upper ends of frequency bands [rad/s], increasing, one fewer than ratios; () for families
     bands: tuple[float, ...] = ()
 
-    def of_modes(self, omega: np.ndarray) -> np.ndarray:
-        """Damping ratio of modes (K,) with increasing omega [rad/s]; bands hold upper ends."""
-        place = np.arange(len(omega)) // self.family
-        if self.bands:
-            place = np.searchsorted(self.bands, omega)
-        return np.array(self.ratios)[np.minimum(place, len(self.ratios) - 1)]
-
 
 def state_matrix(damping: np.ndarray, stiffness: np.ndarray, scale: float = 1.0) -> np.ndarray:
     """State matrix (2n, 2n) of x'' + D x' + S x = 0 in x and x'/scale; D and S are (n, n).
@@ -31,5 +24,10 @@ def state_matrix(damping: np.ndarray, stiffness: np.ndarray, scale: float = 1.0)
 
 
 def ratios(damping: float | Damping, omega: np.ndarray) -> float | np.ndarray:
-    """Damping ratio of the modes [-]: one for all, or one for each (K,)."""
-    return damping.of_modes(omega) if isinstance(damping, Damping) else damping
+    """Damping ratio of modes with increasing omega (K,) [rad/s]: one for all, or one each (K,)."""
+    if not isinstance(damping, Damping):
+        return damping
+    place = np.arange(len(omega)) // damping.family
+    if damping.bands:
+        place = np.searchsorted(damping.bands, omega)
+    return np.array(damping.ratios)[np.minimum(place, len(damping.ratios) - 1)]

@@ -196,7 +196,7 @@ def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
     case = casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
     whole = labels(files) if len(files) > 1 else [case]
     names = [re.sub(r", (?![^\[]*\])", "\n", name) for name in whole]  # lists stay whole
-    words = [layout.amplitude_in_words(file.config) for file in files]
+    words = [layout.AMPLITUDES[layout.amplitude(file.config)] for file in files]
     if len(set(words)) == 1:
         return f"{words[0]},\nmax $|u_t|$ [mm]", names
     return "max $|u_t|$ [mm]", [f"{n}:\n{word}" for n, word in zip(names, words, strict=True)]

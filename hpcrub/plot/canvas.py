@@ -94,11 +94,13 @@ class Canvas:
         self, rows: int, columns: int, size: tuple[float, float], **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
         """Return axes (rows, columns), made by `Figure.subplots`; size of a new figure [inch]."""
-        if self.own:
-            made = self._figure(size).subplots(rows, columns, squeeze=False, **how)
+        given = pyplot.figure(figsize=size) if self._where is None else self._where
+        if given is self._where and isinstance(given, Figure) and not given.axes:
+            given.set_size_inches(size)
+        if isinstance(given, FigureBase):
+            made = given.subplots(rows, columns, squeeze=False, **how)
             self.axes = list(made.flat)
             return made
-        given = self._where
         self.axes = [given] if isinstance(given, Axes) else list(np.ravel(np.asarray(given)))
         if len(self.axes) > rows * columns:
             raise InputError(f"{len(self.axes)} axes given, {rows * columns} can be drawn into")
@@ -125,14 +127,6 @@ class Canvas:
         for panel in panels[:n:columns]:
             panel.set_ylabel(ylabel)
         return panels[:n]
-
-    def _figure(self, size: tuple[float, float]) -> FigureBase:
-        if self._where is None:
-            return pyplot.figure(figsize=size)
-        assert isinstance(self._where, FigureBase)
-        if isinstance(self._where, Figure) and not self._where.axes:
-            self._where.set_size_inches(size)
-        return self._where
 
     def colorbar(self, image: Any, panels: Iterable[Axes], **how: Any) -> Any:
         """Draw the scale of the colours beside panels; returns None where these are not drawn."""
@@ -191,10 +185,6 @@ class Canvas:
         handles, how = [of_all[label] for label in labels], {"loc": "outside lower center"}
         return self.figure.legend(handles, labels, ncols=max(fits, default=1), **how)
 
-    def drawn(self) -> Any:
-        """Return the axes: one, or an array of them."""
-        return self.axes[0] if len(self.axes) == 1 else np.array(self.axes)
-
 
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
     """Return a decorator that turns a function of a `Canvas` and a file into a `Drawing`.
@@ -215,7 +205,9 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
                 _check(draw.__name__, about, files)
                 result = draw(canvas, ordered(files) if about.several else files[0], **options)
                 canvas.finish(files)
-            return canvas.drawn() if result is None else result
+            if result is None:
+                result = canvas.axes[0] if len(canvas.axes) == 1 else np.array(canvas.axes)
+            return result
 
         functools.update_wrapper(drawn, draw)
         del drawn.__wrapped__  # type: ignore[attr-defined]

@@ -57,7 +57,10 @@ def _save(drawn: Figure | FuncAnimation, target: Path) -> None:
         if isinstance(drawn, FuncAnimation):
             drawn.save(part, writer=PillowWriter(FRAMES_PER_SECOND), dpi=80)
         else:
-            _freeze(drawn)
+            drawn.draw_without_rendering()
+            drawn.set_layout_engine("none")  # legends would move with the edges that `tight` cuts
+            for legend in drawn.legends:
+                legend.set_bbox_to_anchor((0, 0, 1, 1), drawn.transFigure)
             drawn.savefig(part, dpi=150, format=target.suffix[1:], bbox_inches="tight")
         os.replace(part, target)
     except OSError as error:
@@ -66,11 +69,3 @@ def _save(drawn: Figure | FuncAnimation, target: Path) -> None:
     finally:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
-
-
-def _freeze(figure: Figure) -> None:
-    """Fix the layout of a figure: legends would move with the edges that `tight` cuts off."""
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
-    for legend in figure.legends:
-        legend.set_bbox_to_anchor((0, 0, 1, 1), figure.transFigure)

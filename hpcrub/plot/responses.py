@@ -93,21 +93,21 @@ def draw_response(
 
 def draw_all(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:
     """Draw the tuned disk, and the random samples or the disk of a pattern, by `draw_response`."""
-    if file.config.pattern_deviation is None:
-        draw_range(axes, file, name)
-    else:
-        draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
+    draw_samples(axes, file, name, scale)
     draw_response(axes, file, "tuned", (), BLACK, "tuned disk", name, scale)
 
 
-def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
-    """Draw the range of the amplitudes of the widest level's samples, and their median.
+def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:
+    """Draw the disk of a pattern; else the range of the widest level's samples, and their median.
 
     The band reaches from the lowest to the highest percentile of the input. If there are too few
     samples for one of these, it reaches from the smallest to the largest sample. Crosses are speeds
     at which some of them have no result, and are not in the band. name: dataset of other values in
     metres than the amplitudes.
     """
+    if file.config.pattern_deviation is not None:
+        draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
+        return
     done = file.status[-1, :MOST] == DONE
     lost = (file.read("samples/point_status", (-1, slice(MOST))) == DIVERGED).any(axis=0)
     name = name or layout.amplitude(file.config)
@@ -250,10 +250,7 @@ def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> No
     axes = canvas.grid(len(files), columns, (5.4, 4.0), sharey=same)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
         panel.set_title(label, fontsize=11)
-        if file.config.pattern_deviation is None:
-            draw_range(panel, file)
-        else:
-            draw_response(panel, file, "samples", (0, 0), BLUE, "mistuned disk")
+        draw_samples(panel, file)
         alike = same and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz"))
         if file is not best and alike:
             draw_response(panel, best, "tuned", (), BLACK, "tuned disk, reference", lw=1.0)

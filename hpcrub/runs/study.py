@@ -24,7 +24,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.verdict import Finding
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup import imported
-from hpcrub.setup.disks import disks, prepare_disks
+from hpcrub.setup.disks import Disks, disks, modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 
@@ -251,7 +251,8 @@ class StudyInTime(Study):
 
     def prepare(self, config: Config) -> Any:
         """Prepare the Problem and the modes of all disks. Raises InputError."""
-        return prepare_disks(config)
+        problem = build_problem(config)
+        return Disks(problem, [modes_of(config, problem, blades) for blades in disks(config)])
 
     def n_tasks(self, config: Config) -> int:
         """Number of disks times number of groups of speeds."""

@@ -9,7 +9,7 @@ from hpcrub.errors import InputError
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.setup import input_files
-from hpcrub.setup.problem import FURTHEST, Model, Problem, build_problem
+from hpcrub.setup.problem import FURTHEST, Model, Problem
 
 # Relative change of stiffness from run to run of one disk. It is far too small to matter for a
 # structure, and large enough for a chaotic motion to take another course before it is judged. (With
@@ -84,12 +84,6 @@ def disks(config: Config) -> np.ndarray:
             )
         pattern = input_files.patterns(config)[0]
     return np.array([tuned] if pattern is None else [tuned, pattern])
-
-
-def prepare_disks(config: Config) -> Disks:
-    """Problem, and modes of the `disks` of an input. Raises InputError as `build_problem`."""
-    problem = build_problem(config)
-    return Disks(problem, [modes_of(config, problem, blades) for blades in disks(config)])
 
 
 def modes_of(config: Config, model: Model | Problem, deviation: np.ndarray) -> Modes:

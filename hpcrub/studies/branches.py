@@ -9,7 +9,7 @@ for N_WINDOWS windows after the test, and `coexistence` tells by these windows w
 - perturbed: the blades have a random deflection; there are several of these states
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -52,12 +52,7 @@ def starts(config: Config) -> list[str]:
 
 
 def follow(
-    modes: Modes,
-    scene: Scene,
-    speeds_hz: np.ndarray,
-    motion: Motion,
-    downwards: bool,
-    poll: Callable[[], object] | None = None,
+    modes: Modes, scene: Scene, speeds_hz: np.ndarray, motion: Motion, downwards: bool, poll: Poll
 ) -> SweepResult:
     """Integrate every speed from the final motion of the speed before it; modifies `motion`."""
     order = range(len(speeds_hz))[:: -1 if downwards else 1]
@@ -71,13 +66,7 @@ def follow(
     return whole
 
 
-def windows(
-    modes: Modes,
-    scene: Scene,
-    speeds_hz: np.ndarray,
-    motion: Motion,
-    poll: Callable[[], object] | None = None,
-) -> Any:
+def windows(modes: Modes, scene: Scene, speeds_hz: np.ndarray, motion: Motion, poll: Poll) -> Any:
     """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (S, N_WINDOWS) each.
 
     motion: Motion of all speeds to start from. Also returns the codes of ``status`` (S,); the code

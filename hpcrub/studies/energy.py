@@ -5,7 +5,7 @@ window, in which the energy is taken. The window begins with the coating as it i
 the energy that wear has taken is kept, too.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,11 +62,7 @@ class Chosen(NamedTuple):
 
 
 def energies(
-    modes: Modes,
-    stiffness: np.ndarray,
-    scene: Scene,
-    speeds_hz: np.ndarray,
-    poll: Callable[[], object] | None = None,
+    modes: Modes, stiffness: np.ndarray, scene: Scene, speeds_hz: np.ndarray, poll: Poll
 ) -> tuple[np.ndarray, SweepResult]:
     """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged.
 

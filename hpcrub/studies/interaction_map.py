@@ -38,12 +38,6 @@ DISKS = "tuned disk", "pattern"
 SPECTRUM_RECORDS = 16  # fewest records in a window whose spectrum is computed
 
 
-def _longest_interval(config):
-    """Time between two recorded displacements at the lowest speed [s]."""
-    speed, grid = config.speeds.from_hz, cut_revolution(config.speeds.from_hz, time_grid(config))
-    return grid.stride / (speed * grid.steps_per_revolution)
-
-
 def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
     """Amplitudes of the harmonic parts of signals, without their means.
 
@@ -102,12 +96,16 @@ class InteractionMap(StudyInTime):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
+        grid = cut_revolution(config.speeds.from_hz, time_grid(config))
+        longest = grid.stride / (
+            config.speeds.from_hz * grid.steps_per_revolution
+        )  # of records [s]
         if config.spectrum.window_s > config.history.duration_s:
             yield (
                 f"spectrum.window_s: {config.spectrum.window_s} is more than "
                 f"history.duration_s, {config.history.duration_s}"
             )
-        elif config.spectrum.window_s < (needed := SPECTRUM_RECORDS * _longest_interval(config)):
+        elif config.spectrum.window_s < (needed := SPECTRUM_RECORDS * longest):
             yield (
                 f"spectrum.window_s: {config.spectrum.window_s} s hold fewer than "
                 f"{SPECTRUM_RECORDS} recorded displacements; at least {needed:.2g} s are needed"

@@ -57,9 +57,7 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     for name in ("surface", "contact_node", "contact_blade"):
         yield name, (), getattr(seen, name)
     yield "position_m", (), seen.nodes
-    rows = face.normal, face.tangential, face.axial
-    tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])  # (p, C, K)
-    yield from _of_reduced(config, reduced, cyclic.diameters_of(tips, face.blade, face.angle))
+    yield from _of_reduced(config, reduced, cyclic.tuned_diameters(reduced))
     if disk is not None:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
         n_modes = min(MOST_SHAPES, len(reduced.mass))
@@ -118,10 +116,7 @@ class Modal(Study):
     what = "the disk, its mode shapes, SAFE diagram"
     figures = "1, 2"
     mistunes = False
-
-    def prepare(self, config: Config) -> Model:
-        """Return the full and the reduced model of the tuned disk."""
-        return build_model(config)
+    prepare = staticmethod(build_model)
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets for a planar disk or a model file, for waves of the casing and for air."""

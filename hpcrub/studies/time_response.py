@@ -55,7 +55,9 @@ _CASING = (
     ),
     Dataset("casing_angle_deg", ("casing_angle",), "degree", "angle, from tip 0 at the time zero"),
 )  # fmt: skip
-N_ANGLES = 120  # angles in the frame of the casing at which its motion is kept
+N_ANGLES = 120
+# angles in the frame of the casing at which its motion is kept [rad]
+CASING_ANGLES = np.arange(N_ANGLES) * (2.0 * np.pi / N_ANGLES)
 _COATING = (
     Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
     Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
@@ -78,24 +80,12 @@ def _judged(followed, task):
     yield "amplitude_error_m", task, followed.found.error
 
 
-def _once(config, scene, time):
-    """Results that all disks share: times and contact points."""
-    yield "time_s", (), time
-    if config.disk.n_points != config.disk.n_blades:
-        yield "contact_blade", (), scene.interface.blade
-        yield "contact_angle_rad", (), scene.interface.angle
-
-
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
     """Gap of every tip, (T, n_c) [m], to a casing that does not move."""
     grown = np.array([ramp(t, scene.ramp_time) for t in time])[:, None]
     angle = 2 * np.pi * speed_hz * time[:, None] + scene.interface.angle
     height = scene.casing.height(angle)
     return scene.at(speed_hz).clearance + scene.interface.clearance - grown * height - radial
-
-
-def _casing_angles():
-    return np.arange(N_ANGLES) * (2.0 * np.pi / N_ANGLES)
 
 
 def _motion(pieces, followed):
@@ -180,7 +170,7 @@ class TimeResponse(StudyInTime):
             "check_s": checks,
             "window_s": config.steady_state.window_revolutions / config.speeds.from_hz,
             "block_s": block_ends,
-            "casing_angle_deg": np.degrees(_casing_angles()),
+            "casing_angle_deg": np.degrees(CASING_ANGLES),
         }
 
     def problems(self, config: Config) -> Iterator[str]:
@@ -205,8 +195,11 @@ class TimeResponse(StudyInTime):
         if not failed:
             share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
             reason = permanent_contact(share, modes, scene, speed) or reason
-        if task == 0:
-            yield from _once(config, scene, time)
+        if task == 0:  # all disks share times and contact points
+            yield "time_s", (), time
+            if config.disk.n_points != config.disk.n_blades:
+                yield "contact_blade", (), scene.interface.blade
+                yield "contact_angle_rad", (), scene.interface.angle
         yield "point_reason", task, reason
         yield "point_status", task, DIVERGED
         if failed:
@@ -219,7 +212,7 @@ class TimeResponse(StudyInTime):
         if scene.observes_stress:
             yield "stress_pa", task, position @ modes.stress.T
         if config.casing.vibrates:
-            turned = _casing_angles() - 2.0 * np.pi * speed * time[:, None]
+            turned = CASING_ANGLES - 2.0 * np.pi * speed * time[:, None]
             yield "casing_radial_m", task, casing_motion.radial(modes.pairs, casing, turned)
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)

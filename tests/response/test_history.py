@@ -157,7 +157,7 @@ def test_diverged_points_have_no_energies_and_no_windows(leaning, changes):
     model = problem._replace(scene=problem.scene._replace(**changes))
     speeds = np.array([34.0, 34.2])
     stiffness = blade_stiffness(model.reduced, np.zeros(12), modes)
-    found, result = energy.energies(modes, stiffness, model.scene, speeds)
+    found, result = energy.energies(modes, stiffness, model.scene, speeds, list)
     assert np.isnan(found).all()
     assert (result.point_status == DIVERGED).all()
     cfg = Config.from_yaml(TINY.replace("34.4", "34.2"))

@@ -236,7 +236,7 @@ def test_equal_ratios_are_the_bits_of_the_single_one(scheme, h):
     omega = np.geomspace(1.0, 1e5, 4000)
     for ratio in (1e-6, 4e-3, 0.005, 1 / 3, 0.999):
         one = coefficients(scheme, omega, ratio, h)
-        each = coefficients(scheme, omega, Damping((ratio,)).of_modes(omega), h)
+        each = coefficients(scheme, omega, ratios(Damping((ratio,)), omega), h)
         for a, b in zip(one, each, strict=True):
             assert a.tobytes() == b.tobytes()
 

@@ -328,7 +328,7 @@ def test_every_speed_follows_the_one_before(monkeypatch, downwards):
     first = [-1.0, -2.0, -3.0, -4.0]
     given = Motion(*(np.full((5, 3), value) for value in first))
     speeds = np.linspace(30.0, 34.0, 5)
-    result = branches.follow(None, None, speeds, given, downwards)
+    result = branches.follow(None, None, speeds, given, downwards, None)
     order, step = ([4, 3, 2, 1, 0], 1) if downwards else ([0, 1, 2, 3, 4], -1)
     assert list(begun) == order
     for i in order:

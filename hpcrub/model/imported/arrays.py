@@ -106,8 +106,7 @@ class Arrays:
         """Take numbers of the shape (any, *shape)."""
         value = self._take(name, default)
         value = self._checked(name, value, "fiu", "numbers", (None, *shape)).astype(float)
-        if not (np.isfinite(value) | ((name == "nodes") & np.isnan(value))).all():
-            raise InputError(f"{name}: holds numbers that are not finite")
+        finite(name, value[~np.isnan(value)] if name == "nodes" else value)  # NaN: without a place
         return value
 
     def matrix(self, name: str, n_rows: int, n: int) -> Any:

@@ -112,6 +112,9 @@ def _unfold(model):
     dof[rows[:, own], 0] = model.dof[own, 0] + copies * n_nodes
     dof[rows[:, own], 1] = model.dof[own, 1]
     blade = model.blade_stiffness
+    low, high, _ = pair_sides(model.nodes, model.low, model.high, N)
+    owner = np.arange(n_nodes)[None] + copies * n_nodes
+    owner[:, high] = np.roll(owner, -1, axis=0)[:, low]  # their partners in the next sector
     return model._replace(
         kind="disk",
         n_sectors=0,
@@ -125,19 +128,11 @@ def _unfold(model):
         contact_blade=np.repeat(np.arange(N), len(model.contact_node)),
         contact_clearance=np.tile(model.contact_clearance, N),
         contact_normal=np.tile(model.contact_normal, (N, 1)),
-        surface=_surface(model, copies * n_nodes),
+        surface=owner[:, model.surface].reshape(-1, 4),
         stress=whole(model.stress, np.arange(N * n_places).reshape(N, n_places)),
         stress_blade=np.repeat(np.arange(N), n_places),
         stress_static=np.tile(model.stress_static, N),
     )
-
-
-def _surface(model, first):
-    """Faces of all sectors, each node of a high side replaced by its partner in the next sector."""
-    low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
-    owner = np.arange(len(model.nodes))[None] + first
-    owner[:, high] = np.roll(owner, -1, axis=0)[:, low]
-    return owner[:, model.surface].reshape(-1, 4)
 
 
 def turned(nodes: np.ndarray, angle: float) -> np.ndarray:

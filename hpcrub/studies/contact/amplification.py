@@ -111,7 +111,8 @@ def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
 def point_values(result: SweepResult) -> dict[str, Any]:
     """Arrays of a frequency response by their names in the result file."""
     of_points = dict(zip(layout.POINT, result, strict=False))
-    return of_points | casing_motion.values(result.casing) | worn.values(result.wear)
+    of_points |= dict(zip(casing_motion.NUMBERS, result.casing, strict=True))
+    return of_points | worn.values(result.wear)
 
 
 class Integrated(NamedTuple):

@@ -116,7 +116,7 @@ LAYOUT = (
     ),
 )
 # both are max |u_t|, the largest tangential displacement of any tip with its offset
-AMPLITUDES = {
+AMPLITUDES = {  # with their names in the glossary
     "amplitude_m": "steady amplitude",
     "largest_amplitude_m": "largest amplitude at any time",
 }
@@ -139,11 +139,6 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 def amplitude(config: Config) -> str:
     """Dataset whose largest value is the peak of a disk; with a coating that of any time."""
     return "largest_amplitude_m" if config.contact.wears else "amplitude_m"
-
-
-def amplitude_in_words(config: Config) -> str:
-    """Name that the glossary has for the amplitudes in the dataset `amplitude`."""
-    return AMPLITUDES[amplitude(config)]
 
 
 def kinds(config: Config) -> tuple[Kind, ...]:

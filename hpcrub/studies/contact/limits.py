@@ -38,8 +38,7 @@ def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
     if not size > 0.0:
         return
     text = f"largest amplitude of all disks: {size:.3g} mm"
-    levels = range(len(file.config.levels))
-    stress = max(_stresses(file, level).max(initial=0.0) for level in levels)
+    stress = max(_stresses(file, level).max(initial=0.0) for level in file.config.levels)
     if stress > 0.0:
         text += f"; largest stress: {1e-6 * stress:,.0f} MPa{_condition(file.config)}"
     yield text
@@ -102,7 +101,7 @@ def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
     """Probability of exceeding the limits, by level; usable: False adds a warning."""
     config, limits = file.config, file.config.limits
     caveat = "" if usable else "; not to be signed, the verdict says why"
-    levels = range(len(config.levels))
+    levels = config.levels
     failed = [n_failed(file, level) for level in levels]  # beyond any limit, as in other studies
     limited: list[tuple[list, float, str]] = []
     if limits.amplitude_mm is not None:
@@ -195,9 +194,8 @@ def cut_through(file: ResultFile) -> tuple[int, int]:
     """Number of tuned runs and samples that cut through a coating, and number of all of them."""
     if "tuned/run_deepest_m" not in file:
         return 0, 0
-    levels = range(len(file.config.levels))
-    parts = [file.read("tuned/run_deepest_m"), *(finished(file, v, "deepest_m") for v in levels)]
-    depth = np.concatenate(parts)
+    samples = (finished(file, level, "deepest_m") for level in file.config.levels)
+    depth = np.concatenate([file.read("tuned/run_deepest_m"), *samples])
     depth = depth[np.isfinite(depth)]
     return int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config))), len(depth)
 

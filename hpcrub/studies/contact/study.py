@@ -8,7 +8,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
-from hpcrub.results.layout import DONE, PENDING, Dataset
+from hpcrub.results.layout import DONE, PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
@@ -44,10 +44,9 @@ class Contact(Study):
     unit = "samples"
     integrates = True
     job = MonteCarlo
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of the result file."""
-        return layout.layout(config)
+    layout = staticmethod(layout.layout)
+    verdict = staticmethod(trust.lines)
+    print_results = staticmethod(summary.print_results)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
@@ -94,13 +93,9 @@ class Contact(Study):
         error = judged_error(convergence.criterion, known)
         return first_converged(error, convergence.target_error) is not None
 
-    def verdict(self, file: ResultFile) -> list[str]:
-        """Verdict on all disks, and below it findings with advice."""
-        return trust.lines(file)
-
     def report(self, file: ResultFile) -> Iterator[str]:
         """One line: peaks of the tuned disk and at the widest level, amplifications, verdict."""
-        quantity = layout.amplitude_in_words(file.config)
+        quantity = layout.AMPLITUDES[layout.amplitude(file.config)]
         text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
         where = -1, slice(n_counted(file))
         done = file.status[where] == DONE
@@ -122,10 +117,6 @@ class Contact(Study):
         if is_usable(lines):
             text += f", A_nl {amplifications}"
         yield f"{text}; {lines[0]}" if lines else text
-
-    def print_results(self, file: ResultFile) -> None:
-        """Print verdict, tables and lines about the finished samples."""
-        summary.print_results(file)
 
 
 STUDY = Contact()

@@ -21,7 +21,7 @@ from hpcrub.statistics.percentiles import (
     widened,
 )
 from hpcrub.studies.contact import limits, measured, survey, trust
-from hpcrub.studies.contact.layout import AMPLIFICATION, amplitude, amplitude_in_words
+from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, amplitude
 from hpcrub.studies.shared import casing_motion
 
 
@@ -90,6 +90,8 @@ def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) ->
         n_done, n_failed = (np.count_nonzero(status[level] == s) for s in (DONE, FAILED))
         points = found.points[level]
         not_steady, diverged = points[[NOT_STEADY, DIVERGED]] / max(1, points[1:].sum())
+        error = file.read(AMPLIFICATION.dataset("convergence_error"), level)  # (P, K)
+        known = np.flatnonzero(np.isfinite(error).all(axis=0))
         contact, linear = (
             _percentile_text(survey.finished(file, level, name), percentiles, digits)
             for name in ("amplification", "linear_amplification")
@@ -100,7 +102,7 @@ def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) ->
             f"{n_done}" + (f" (+{n_failed} failed)" if n_failed else ""),
             contact,
             linear,
-            _last_error(file.read(AMPLIFICATION.dataset("convergence_error"), level)),
+            f"{100 * error[:, known[-1]].max():.2f} %" if len(known) else "-",
             f"{100 * not_steady:.2f} %",
             f"{100 * diverged:.2f} %",
         )
@@ -166,12 +168,6 @@ def _percentile_text(values, percentiles, digits):
     return "/".join(f"{p:.{digits}f}" for p in np.percentile(values, percentiles))
 
 
-def _last_error(error):
-    """Largest of the latest convergence errors (P, K) over the percentiles."""
-    known = np.flatnonzero(np.isfinite(error).all(axis=0))
-    return f"{100 * error[:, known[-1]].max():.2f} %" if len(known) else "-"
-
-
 def pattern_table(file: ResultFile) -> Table:
     """Largest amplitude and localisation of the tuned disk and of an explicit pattern.
 
@@ -179,8 +175,9 @@ def pattern_table(file: ResultFile) -> Table:
     that of the end.
     """
     headings, size_of = ("", "[mm]", "[Hz]", "LF [%]"), amplitude(file.config)
-    what = amplitude_in_words(file.config).capitalize()
-    table = progress.table(f"{what}, speed, localisation factor", headings)
+    table = progress.table(
+        f"{AMPLITUDES[size_of].capitalize()}, speed, localisation factor", headings
+    )
     table.columns[0].justify = "left"
     speeds = file.read("speeds_hz")
     for name, group, where, by in (

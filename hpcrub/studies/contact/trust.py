@@ -37,7 +37,7 @@ def short(file: ResultFile) -> list[str]:
 def _findings(file, counts):
     config, n_peaks = file.config, max(1, int(counts.peaks.sum()))
     yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
-    lost = sum(n_failed(file, level) for level in range(len(config.levels)))
+    lost = sum(n_failed(file, level) for level in config.levels)
     n, missing = n_counted(file), "are missing in all percentiles"
     if not (file.status != PENDING).any():
         advice = "no mistuned disk is finished; the same input with --resume goes on"

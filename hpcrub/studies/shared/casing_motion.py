@@ -7,7 +7,6 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import RUNAWAY
 from hpcrub.model.reduction import Modes
-from hpcrub.response.casing_motion import CasingMotion
 from hpcrub.response.casing_stability import growth
 from hpcrub.results.layout import DONE, Dataset
 from hpcrub.results.storage import ResultFile
@@ -24,11 +23,6 @@ PERMANENT = Dataset(
     "fastest growth of the linear disk and casing with all tips in permanent contact, without "
     "friction and with it; below 0: decays",
 )  # fmt: skip
-
-
-def values(casing: CasingMotion) -> dict[str, np.ndarray]:
-    """Motion of the casing at some speeds: {name of the dataset in its group: array}."""
-    return dict(zip(NUMBERS, casing, strict=True))
 
 
 def permanent_growth(config: Config, modes: Modes) -> np.ndarray:
