@@ -96,10 +96,9 @@ class InteractionMap(StudyInTime):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        grid = cut_revolution(config.speeds.from_hz, time_grid(config))
-        longest = grid.stride / (
-            config.speeds.from_hz * grid.steps_per_revolution
-        )  # of records [s]
+        lowest = config.speeds.from_hz
+        grid = cut_revolution(lowest, time_grid(config))
+        longest = grid.stride / (lowest * grid.steps_per_revolution)  # between two records [s]
         if config.spectrum.window_s > config.history.duration_s:
             yield (
                 f"spectrum.window_s: {config.spectrum.window_s} is more than "
