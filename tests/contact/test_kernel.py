@@ -152,17 +152,6 @@ def plain_python(expression, module, folder):
     return np.load(folder / "twin.npy")
 
 
-def short():
-    modes = mistuned_modes(reference_reduced(), np.linspace(-0.04, 0.04, 12))
-    return integrate_lanes(modes, reference_scene(), SPEEDS, 1, 8, 1200)[0]
-
-
-def test_compiled_kernel_is_its_plain_python_twin(tmp_path):
-    twin = plain_python("short()", __name__, tmp_path)
-    assert np.abs(twin).max() > 1e-5  # contact did occur: without it nothing moves
-    assert np.abs(short() - twin).max() < 1e-10 * np.abs(twin).max()
-
-
 def step_by_step(bank, scene, n_steps, width):
     """Corrected states after each of the first steps, as (penetration, λ) of the real points."""
     table = bank.scheme.bump.copy()

@@ -123,14 +123,6 @@ def test_a_run_ends_when_nothing_wears_and_moves_or_says_so():
     assert np.array_equal(whole.wear.around.max(axis=(1, 2)), whole.wear.depth)
 
 
-def test_results_do_not_depend_on_the_speeds_beside():
-    """Half the lanes, or what is computed together, change no bit of a coating either."""
-    whole = swept(1.0)
-    for alone in (swept(1.0, lanes=(4, 8)), swept(1.0, selection=[1])):
-        for found, expected in zip(alone.arrays, whole.arrays, strict=True):
-            assert np.array_equal(found[1], expected[1], equal_nan=True)
-
-
 def test_a_history_wears_as_the_sweep_does():
     """What is worn at the end of a history is what a sweep of its time says, bit for bit.
 
