@@ -24,13 +24,6 @@ def of_waves(values):
     return (shapes * values) @ shapes.conj().T
 
 
-@pytest.fixture(scope="module")
-def matrices():
-    """Damping and stiffness of twelve blades of one mass, in air."""
-    wanted = aero.eigenvalues(OMEGA, CURVE._replace(frequency_shift=0.0 * R))
-    return wanted, *(of_waves(values) for values in aero.coefficients(wanted))
-
-
 def reduced_in(curve):
     text = TINY + "aero:\n  waves:\n"
     for r in R:
@@ -46,26 +39,17 @@ def reduced():
     return reduced_in(CURVE)
 
 
-def test_the_matrices_are_real_and_have_the_eigenvalues_asked_for(matrices):
-    wanted, damping, stiffness = matrices
-    assert np.abs(damping.imag).max() < 1e-13 * np.abs(damping).max()
-    assert np.abs(stiffness.imag).max() < 1e-13 * np.abs(stiffness).max()
-    found = aero.eigen(damping.real, stiffness.real)[0]
-    far = np.abs(found[:, None] - wanted)  # each has one of its own
-    assert far.min(axis=1).max() < 1e-11 * np.abs(wanted).max()
-    assert set(far.argmin(axis=1)) == set(R)
-
-
-def test_the_mean_decay_stays_and_mistuning_stabilises(matrices):
+def test_the_mean_decay_stays_and_mistuning_stabilises():
     """The trace: 2.858849 1/s a wave. The least stable one gains, by more with more mistuning."""
-    wanted, damping, stiffness = matrices
+    wanted = aero.eigenvalues(OMEGA, CURVE._replace(frequency_shift=0.0 * R))
+    damping, stiffness = (of_waves(values).real for values in aero.coefficients(wanted))
     assert -wanted.real.mean() == pytest.approx(2.858849, abs=5e-7)
     least = [(-wanted.real / np.abs(wanted)).min()]
     assert least[0] == pytest.approx(0.0020, abs=1e-4)
     drawn = np.random.default_rng(5).normal(size=N)
     for sigma in (0.01, 0.03):
-        mistuned = stiffness.real + np.diag(sigma * drawn * OMEGA.mean() ** 2)
-        found = aero.eigen(damping.real, mistuned)[0]
+        mistuned = stiffness + np.diag(sigma * drawn * OMEGA.mean() ** 2)
+        found = aero.eigen(damping, mistuned)[0]
         assert -found.real.mean() == pytest.approx(-wanted.real.mean(), rel=1e-12)
         least.append((-found.real / np.abs(found)).min())
     assert least[0] + 5e-4 < least[1] < least[2] < RATIO.mean()
@@ -87,14 +71,6 @@ def test_alternate_blades_part_neighbours():
         least.append(-found.real.max() / omega[0])
     assert 5 * least[0] < least[1] < least[2] < least[3] < limit
     assert least[3] == pytest.approx(limit, rel=0.015)
-
-
-def test_left_and_right_vectors_are_complete(matrices):
-    """Re(r l) takes positions back to themselves; an impulse moves nothing at once."""
-    _, damping, stiffness = matrices
-    _, right, left = aero.eigen(damping.real, stiffness.real)
-    np.testing.assert_allclose((right @ left[:, :N]).real, np.eye(N), atol=1e-13)
-    np.testing.assert_allclose((right @ left[:, N:]).real, 0.0, atol=1e-15)
 
 
 def test_a_tuned_disk_has_every_wave_as_given_and_it_travels_so(reduced):

@@ -27,16 +27,6 @@ def test_measured_points_are_joined_by_lines_around_the_casing():
     np.testing.assert_allclose(profile.height(phi), heights, rtol=1e-12)
 
 
-def test_bumps_given_by_points_differ_by_the_error_of_interpolation():
-    n, height, spacing = 4, 1.25e-3, 2 * np.pi / 720
-    angle = spacing * np.arange(720)
-    measured = Profile(measured=tuple(zip(angle, bump_height(angle, n, height), strict=True)))
-    phi = np.linspace(-4.0, 9.0, 20_001)
-    error = np.abs(measured.height(phi) - bump_height(phi, n, height)).max()
-    steepest = 2 * height / (0.1 * 2 * np.pi / n) ** 2  # largest second derivative of a bump
-    assert 0.1 * steepest * spacing**2 / 8 < error <= steepest * spacing**2 / 8
-
-
 def test_a_casing_repeats_itself_as_often_as_all_its_parts_do():
     oval, waves = Profile(harmonics=((2, 1e-3, 0.0),)), Profile(harmonics=((6, 1, 0), (9, 1, 0)))
     assert CasingShape(4, 1e-3, Profile()).repeats == 4

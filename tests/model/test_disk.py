@@ -158,22 +158,6 @@ def test_matrices_are_symmetric_and_the_same_after_a_turn_by_one_sector():
             np.testing.assert_allclose(other, matrix, atol=1e-13 * np.abs(matrix).max())
 
 
-@pytest.mark.parametrize("n_blades", [2, 3, 13, 96])
-@pytest.mark.parametrize("n_elements", [1, 2])
-def test_any_number_of_blades_and_elements(n_blades, n_elements):
-    disk = make_disk(n_blades=n_blades, blade={"n_elements": n_elements})
-    n_dof = n_blades * (5 + 3 * n_elements)
-    assert disk.mass.shape == disk.stiffness.shape == (n_dof, n_dof)
-    assert sorted(disk.points.dof[disk.points.dof >= 0]) == sorted(
-        np.concatenate(
-            [disk.blade_dof[:, [0, 2]].ravel(), *disk.blade_dof[:, 3::3], *disk.blade_dof[:, 4::3]]
-        )
-    )
-    np.linalg.cholesky(disk.stiffness)
-    np.linalg.cholesky(disk.mass)
-    assert disk.contact_dof.shape == (n_blades, 2)
-
-
 def test_chord_that_misses_the_tip_circle_is_refused():
     with pytest.raises(ValueError, match="does not reach the tip circle"):
         make_disk(hub_radius=0.6, inner_radius=0.5)

@@ -97,52 +97,8 @@ def test_free_ring_extension():
     assert nearest_error(free_ring(48), exact) < 1e-6
 
 
-@pytest.mark.parametrize(
-    ("element", "rigid"),
-    [(frame_element, [[1, 0, 0, 1, 0, 0], [0, 1, 0, 0, 1, 0], [0, 0, 1, 0, LENGTH, 1]]),
-     (spoke_element, [[1, 0, 0, 0, 1, 0, 0, 0], [0, 0, 1, 0, 0, 0, 1, 0],
-                      [0, 0, 0, 1, 0, 0, LENGTH, 1]])],
-)  # fmt: skip
-def test_straight_elements_have_exactly_their_rigid_motions(element, rigid):
-    mass, stiffness = element(BEAM, LENGTH)
-    along, across, turn = rigid = np.array(rigid, dtype=float)
-    np.testing.assert_allclose(rigid @ stiffness, 0, atol=1e-12 * np.abs(stiffness).max())
-    assert np.linalg.matrix_rank(stiffness) == len(stiffness) - 3
-    total = BEAM.mass * LENGTH
-    assert along @ mass @ along == pytest.approx(total)
-    assert across @ mass @ across == pytest.approx(total)
-    assert turn @ mass @ turn == pytest.approx(total * LENGTH**2 / 3)
-
-
 def test_ring_element_turns_without_strain():
     mass, stiffness = ring_element(BEAM, LENGTH, RADIUS)
     turn = np.array([0, 0, 1.0, 0, 0, 0, 1, 0])
     np.testing.assert_allclose(stiffness @ turn, 0, atol=1e-12 * np.abs(stiffness).max())
     assert turn @ mass @ turn == pytest.approx(BEAM.mass * LENGTH)
-
-
-def test_ring_element_moves_without_strain_to_order_five():
-    """Translation is cos and sin along the arc: kappa errs by h^2, its energy by h^5 an element."""
-    phi = np.array([0.2, 0.1, 0.05])
-    energies = []
-    for angle in phi:
-        _, stiffness = ring_element(BEAM, RADIUS * angle, RADIUS)
-        ends = np.array([0, angle])
-        u, v = np.cos(ends), -np.sin(ends)
-        move = np.stack([u, v / RADIUS, v, -u / RADIUS], axis=1).ravel()
-        energies.append(move @ stiffness @ move)
-    assert energies[-1] < 1e-9 * BEAM.axial / RADIUS
-    assert fitted_order(phi, energies) == pytest.approx(5, abs=0.1)
-
-
-def test_flat_ring_element_is_a_straight_one():
-    """With u and v exchanged for transverse (left) and axial: s runs along v, u to its right."""
-    straight = spoke_element(BEAM, LENGTH)
-    curved = ring_element(BEAM, LENGTH, radius=1e9)
-    exchange = np.zeros((8, 8))
-    exchange[[0, 1, 4, 5], [2, 3, 6, 7]] = 1
-    exchange[[2, 3, 6, 7], [0, 1, 4, 5]] = -1
-    for a, b in zip(straight, curved, strict=True):
-        np.testing.assert_allclose(
-            exchange.T @ a @ exchange, b, rtol=1e-6, atol=1e-8 * np.abs(b).max()
-        )

@@ -82,28 +82,6 @@ def test_contact_coordinates_are_physical_and_modes_hold_them():
     np.testing.assert_array_equal(reduced.interface.radius, disk.contact_radius)
 
 
-def test_blade_stiffness_is_the_projection_of_what_mistuning_adds():
-    disk, reduced = reference_disk(), reference_reduced(60)
-    change = mistune(disk, DEVIATION).stiffness - disk.stiffness
-    projected = reduced.basis.T @ change @ reduced.basis
-    summed = np.tensordot(DEVIATION, reduced.blade_stiffness, axes=1)
-    np.testing.assert_allclose(summed, projected, atol=1e-9 * np.abs(projected).max())
-    assert reduced.blade_stiffness.shape == (12, 84, 84)
-
-
-def test_modes_solve_the_mistuned_eigenproblem_and_are_mass_normalised():
-    reduced = reference_reduced(60)
-    modes = mistuned_modes(reduced, DEVIATION)
-    K = reduced.stiffness + np.tensordot(DEVIATION, reduced.blade_stiffness, axes=1)
-    Phi, eigenvalues = modes.shapes, modes.omega**2
-    np.testing.assert_allclose(Phi.T @ reduced.mass @ Phi, np.eye(84), atol=1e-9)
-    np.testing.assert_allclose(Phi.T @ K @ Phi, np.diag(eigenvalues), atol=1e-9 * eigenvalues.max())
-    np.testing.assert_allclose(modes.omega, np.sqrt(eigh(K, reduced.mass)[0]), rtol=1e-8)
-    np.testing.assert_array_equal(modes.normal, Phi[:12])
-    np.testing.assert_array_equal(modes.tangential, Phi[12:24])
-    assert np.all(np.diff(modes.omega) >= 0)
-
-
 def test_rigid_body_modes_have_frequency_zero_not_nan():
     reduced = reference_reduced(60)
     eigenvalues = reduced.tuned_eigenvalues.copy()

@@ -15,10 +15,8 @@ from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError, WriteError
 from hpcrub.results import layout, model_file, storage, trouble
 from hpcrub.runs import result_files
-from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import study as contact_study
-from hpcrub.studies.contact.layout import KINDS
 from tests.program import ROOT, TINY, error_lines, lay_out, names_in, refusal, run_here
 
 SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve blades
@@ -61,29 +59,6 @@ def test_root_attributes(path, tiny_config):
     assert attributes["program_version"]
     assert b"T" in attributes["created"]
     assert {"numpy_version", "numba_version", "h5py_version"} <= attributes.keys()
-
-
-def test_written_values_come_back(path, tiny_config):
-    running = running_percentiles(np.array([1.0, 2.0]), [1, 50, 99], 1, 0.1)
-    with studies.open_result(path, tiny_config, mode="r+") as file:
-        values, tuned = (
-            {name: np.float64(i + 1) for i, name in enumerate(contact_file.names(file, group))}
-            for group in ("samples", "tuned")
-        )
-        values |= {"point_status": np.array([1, 2, 3]), "status": layout.DONE}
-        assert contact_file.read_tuned(file) is None
-        contact_file.write_sample(file, 1, 0, values)
-        contact_file.write_tuned(file, tuned)
-        contact_file.write_statistics(file, KINDS[1], 1, running)
-    with studies.open_result(path, tiny_config) as file:
-        np.testing.assert_array_equal(file.status, [[0, 0], [1, 0]])
-        assert (file.read("samples/amplitude_m", (1, 0)) == values["amplitude_m"]).all()
-        np.testing.assert_array_equal(file.read("samples/point_status", (1, 0)), [1, 2, 3])
-        assert np.isnan(file.read("samples/peak_speed_hz", (1, 1)))
-        assert contact_file.read_tuned(file)["peak_speed_hz"] == tuned["peak_speed_hz"]
-        for name in ("percentile", "percentile_high"):
-            read = file.read(KINDS[1].dataset(name), 1)
-            np.testing.assert_array_equal(read, getattr(running, name))
 
 
 class Full:

@@ -116,15 +116,6 @@ def test_craig_bampton_converges_from_above_and_keeps_static_displacements(disk)
     np.testing.assert_allclose(small[rows], static[rows], rtol=1e-8, atol=1e-12 * abs(static).max())
 
 
-def test_blades_stiffness_adds_up_and_leaves_rigid_motions_alone(disk):
-    model, basis = reduced.reduce_disk(disk, 10)
-    whole = basis.T @ (disk.blade_stiffness @ basis)
-    np.testing.assert_allclose(
-        model.blade_stiffness.sum(axis=0), whole, atol=1e-9 * abs(whole).max()
-    )
-    assert set(disk.row_blade) == {-1, *range(N)}
-
-
 def test_interface_is_radial_tangential_axial_at_every_contact_node():
     """A turn of the whole disk about z by a small angle moves every contact node along theta."""
     arrays = disk_arrays() | {"fixed": np.zeros(0, int)}
