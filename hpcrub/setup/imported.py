@@ -114,6 +114,13 @@ def scenery(config: Config) -> Scenery:
     return Scenery(nodes, surface, contact, disk.contact_blade, disk.row[shown], is_reduced)
 
 
+def known_speeds(config: Config) -> np.ndarray:
+    """Speeds [Hz] of the matrices of a model file; (0,) where there is none or it does not tell."""
+    if config.disk.model is None:
+        return np.zeros(0)
+    return _read(config.disk.model, str(config.disk.model_sha256)).speeds
+
+
 def memory(config: Config) -> int:
     """Rough estimate of the memory that the model needs [bytes]."""
     m = config.n_coordinates

@@ -16,6 +16,7 @@ from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.scene import can_touch
 from hpcrub.response.sliding import critical_friction, growth_rate
+from hpcrub.setup import imported
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import Problem
 
@@ -58,6 +59,7 @@ def steady_problems(config: Config) -> Iterator[str]:
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Warnings about unresolved numbers, for the result file and its figures."""
     yield from _unit_warnings(config)
+    yield from _model_warnings(config)
     yield from _air_warnings(config, problem)
     yield from _noise_warnings(config)
     if not can_touch(problem.scene):
@@ -140,6 +142,17 @@ def _unit_warnings(config):
          f"units: the clearance is {100 * share:.3g} % of the tips' radius, more than any fan has "
          f"({100 * WIDEST_CLEARANCE:g} %); casing.clearance_mm is in mm"),
     )  # fmt: skip
+
+
+def _model_warnings(config):
+    """Warn of speeds beyond those of a model file's matrices."""
+    known, asked = imported.known_speeds(config), config.speeds.values_hz[[0, -1]]
+    if len(known) and (asked[0] < known.min() or asked[1] > known.max()):
+        yield (
+            f"not resolved: speeds of {asked[0]:g} to {asked[1]:g} Hz, but matrices of "
+            f"{known.min():g} to {known.max():g} Hz in {config.disk.model}: beyond these the "
+            "stiffness by rotation is extrapolated; import matrices of higher speeds"
+        )
 
 
 def _noise_warnings(config):

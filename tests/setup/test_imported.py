@@ -16,7 +16,7 @@ from hpcrub.model.disk import build_disk
 from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.results import model_file
-from hpcrub.setup import imported, input_files
+from hpcrub.setup import imported, input_files, plausibility
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import modal
@@ -255,6 +255,18 @@ def test_a_speed_beyond_those_of_the_matrices_is_named(folder, capsys):
     assert program(["import", "model", "falls.h5", "--speed-hz", "700"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("hpcrub: error: --speed-hz: at 700 Hz the stiffness of this model")
+
+
+@pytest.mark.parametrize(("known", "warned"), [([0, 130], True), ([0, 140], False), ([], False)])
+def test_speeds_beyond_those_of_the_matrices_are_marked(folder, known, warned):
+    """A study from 100 to 140 Hz extrapolated stiffness without a word."""
+    arrays = reduced_arrays()
+    stiffness = {"K0": arrays.pop("K"), "speeds_hz": np.array(known, dtype=float)}
+    stiffness["K1"] = 0.0 * stiffness["K0"]
+    model_file.write("speeds.h5", arrays | stiffness)
+    config = read("disk: {model: speeds.h5}\nspeeds: {from_hz: 100, to_hz: 140, step_hz: 40}\n")
+    found = [w for w in plausibility.warnings(config, build_problem(config)) if "matrices" in w]
+    assert [w[:37] for w in found] == ["not resolved: speeds of 100 to 140 Hz"] * warned
 
 
 def test_blades_may_have_different_numbers_of_contact_nodes(folder):
