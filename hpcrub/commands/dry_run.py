@@ -97,9 +97,10 @@ def _try(run, problem):
             for line in status.lines(counts, len(tried.result.point_reason)):
                 say(f"tried, one disk:      {line}")
         seconds.append(tried.seconds(study.cost(here), here))
-    each = [progress.duration(total / study.cost(config).disks) for total in sorted(seconds)]
-    if len(each) > 1:
-        say(f"one disk takes:       {each[0]} to {each[-1]}; the estimate takes the mean")
+    if len(inputs) > 1:
+        n_disks = study.cost(config).disks
+        ends = (progress.duration(end(seconds) / n_disks) for end in (min, max))
+        say(f"one disk takes:       {' to '.join(ends)}; the estimate takes the mean")
     return float(np.mean(seconds))
 
 

@@ -17,7 +17,7 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, lost, reference, uncertainty
+from hpcrub.plot.families import finished, labels, lost_disks, reference, uncertainty
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence
@@ -85,7 +85,7 @@ def percentiles(canvas: Canvas, files: list[ResultFile]) -> None:
 
     Of many files, or of one level only, all lie in one panel, a row each, at the widest level.
     """
-    canvas.note(*lost(files))
+    canvas.note(*lost_disks(files))
     if len(files) > MOST_PANELS or all(len(f.read("sigma")) == 1 for f in files):
         _draw_rows(canvas, files)
         return
@@ -160,7 +160,7 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
 
     The levels stand side by side.
     """
-    canvas.note(*lost(files))
+    canvas.note(*lost_disks(files))
     quantity, names = _places(files)
     wide = max(len(line) for name in names for line in name.splitlines()) / ENTRY
     axes = canvas.panels(1, 1, (max(8.0, max(1.3, 0.4 + wide) * len(files)), 5.6))[0, 0]
@@ -264,7 +264,7 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
     size = (max(6.0, 4.0 * len(shown)), 2.9 * len(files) + 1.0)
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
-    canvas.note(*lost(files))
+    canvas.note(*lost_disks(files))
     for file, row, label in zip(files, axes, labels(files), strict=True):
         at = list(file.config.convergence.percentiles)
         values = scale * file.read(layout.AMPLIFICATION.dataset(name))

@@ -94,8 +94,8 @@ class Canvas:
         self, rows: int, columns: int, size: tuple[float, float], **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
         """Return axes (rows, columns), made by `Figure.subplots`; size of a new figure [inch]."""
-        given = pyplot.figure(figsize=size) if self._where is None else self._where
-        if given is self._where and isinstance(given, Figure) and not given.axes:
+        given = pyplot.figure() if self._where is None else self._where
+        if isinstance(given, Figure) and not given.axes:
             given.set_size_inches(size)
         if isinstance(given, FigureBase):
             made = given.subplots(rows, columns, squeeze=False, **how)

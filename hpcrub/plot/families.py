@@ -27,7 +27,7 @@ def finished(file: ResultFile, name: str) -> list[Any]:
     return [values[level][status[level] == DONE] for level in range(len(status))]
 
 
-def lost(files: list[ResultFile]) -> list[str]:
+def lost_disks(files: list[ResultFile]) -> list[str]:
     """Return a note for each file whose figure leaves out disks without a result."""
     notes = []
     for file in files:

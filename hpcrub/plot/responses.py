@@ -12,7 +12,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot.amplifications import AMPLIFICATION, draw_disks, draw_kinds, draw_rows, samples
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import labels, lost, reference
+from hpcrub.plot.families import labels, lost_disks, reference
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -81,11 +81,11 @@ def draw_response(
     if unsteady.any():
         axes.plot(speeds[unsteady], values[unsteady], "o", mfc="w", ms=5, zorder=4, **look)
     reasons = file.read(f"{group}/point_reason", where)
+    look["ms"] = 7 if colour == BLACK else 10  # of two at the same speed both are seen
     for n, code in enumerate(np.unique(reasons[lost])):
         at = speeds[lost & (reasons == code)]
         look |= {"marker": "xP*d"[n % 4], "label": status.words(code)}
-        ms = 7 if colour == BLACK else 10  # of two at the same speed both are seen
-        axes.plot(at, 0 * at, mfc=colour, ms=ms, zorder=5, **look)
+        axes.plot(at, 0 * at, mfc=colour, zorder=5, **look)
     axes.autoscale_view()
     axes.set_xlabel(SPEED)
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -169,7 +169,7 @@ def compare(canvas: Canvas, files: list[ResultFile]) -> None:
     default values. Where only some have a coating that wears, steady amplitudes are compared with
     each other, and the largest amplitudes at any time of the coated ones stand beside them.
     """
-    canvas.note(*lost(files))
+    canvas.note(*lost_disks(files))
     best = reference(files)
     alike = all(np.array_equal(f.read("speeds_hz"), best.read("speeds_hz")) for f in files)
     if alike and 1 < len(files) <= MOST_LINES + 1:

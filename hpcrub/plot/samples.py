@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hpcrub.config.text import counted
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished, labels, lost
+from hpcrub.plot.families import finished, labels, lost_disks
 from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
@@ -39,7 +39,7 @@ def contact_over_linear(canvas: Canvas, file: ResultFile) -> None:
         panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
     if image is not None:
         canvas.colorbar(image, axes, label="share of the samples in denser regions")
-    canvas.note(*lost([file]))
+    canvas.note(*lost_disks([file]))
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
 
 

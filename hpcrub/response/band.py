@@ -19,7 +19,7 @@ from hpcrub.model.reduction import Modes
 from hpcrub.response.casing_motion import LARGEST, Runaway, largest, share_of_energy
 from hpcrub.response.ensemble import LastWindow, Windows
 from hpcrub.response.revolution import Grid
-from hpcrub.response.scene import Scene
+from hpcrub.response.scene import Scene, enough
 from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import check_blocks, localisation
 from hpcrub.response.wear import Wearing
@@ -154,11 +154,11 @@ class Band:
     def _narrow(self):
         """Drop idle lanes where fewer lanes are enough, whose steps cost less."""
         running = [lane for lane, _ in self._running()]
-        enough = self.scene.lanes_for(len(running))
-        if not len(running) <= enough < len(self.lanes):
+        fewest = enough(self.scene.lanes, len(running))
+        if not len(running) <= fewest < len(self.lanes):
             return
         idle = [lane for lane, course in enumerate(self.lanes) if course is None]
-        kept = (running + idle)[:enough]
+        kept = (running + idle)[:fewest]
         self.bank, self.record = self.bank.take(kept), take_lanes(self.record, kept)
         self.lanes = [self.lanes[lane] for lane in kept]
 

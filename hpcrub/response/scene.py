@@ -16,6 +16,11 @@ from hpcrub.response.steady import SteadyCriteria
 RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 145 Hz
 
 
+def enough(lanes: tuple[int, ...], n_speeds: int) -> int:
+    """Fewest of increasing numbers of lanes that hold so many speeds; the most where none do."""
+    return next((n for n in lanes if n >= n_speeds), lanes[-1])
+
+
 class Scene(NamedTuple):
     """Data of a contact run that all samples and speeds share."""
 
@@ -47,10 +52,6 @@ class Scene(NamedTuple):
             return self
         clearance = float(np.interp(speed_hz, *np.array(self.running).T))
         return self._replace(clearance=clearance, running=None)
-
-    def lanes_for(self, n_speeds: int) -> int:
-        """Fewest lanes that hold so many speeds; most lanes where none do."""
-        return next((n for n in self.lanes if n >= n_speeds), self.lanes[-1])
 
     @property
     def with_half_the_step(self) -> "Scene":

@@ -12,7 +12,7 @@ from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Band
 from hpcrub.response.casing_motion import CasingMotion
 from hpcrub.response.revolution import cut_revolution, speed_bands
-from hpcrub.response.scene import Scene, can_touch
+from hpcrub.response.scene import Scene, can_touch, enough
 from hpcrub.response.wear import Wear
 
 
@@ -114,7 +114,7 @@ def run_sweep(
         # fastest first: they take longest to settle, and should not be left to the last lanes
         waiting = [i for i in band[::-1] if i in wanted]
         if waiting:
-            n_lanes = width or scene.lanes_for(len(waiting))
+            n_lanes = width or enough(scene.lanes, len(waiting))
             lanes = Band(modes, scene, grid, speeds_hz, n_lanes, motion)
             n_steps += lanes.run(waiting, out, poll)
     return out._replace(n_steps=n_steps)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.contact.lanes import WIDTH
+from hpcrub.contact.lanes import WIDTH, WIDTHS
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history, sweep
 from hpcrub.response.linear import linear_peak
@@ -98,7 +98,7 @@ def _within_reason(modes, scene, speeds):
     points = steps / short_sweep.n_steps * short_sweep.time.sum() / steady.max_time
     if points >= len(speeds):
         return speeds, scene
-    few = speeds[:: max(1, len(speeds) // max(WIDTH // 2, int(points)))]
+    few = speeds[:: max(1, len(speeds) // max(WIDTHS[0], int(points)))]
     longest = max(steady.max_time * min(1.0, points / len(few)), MEASURED_TIME)
     first = min(steady.first_check, longest)
     return few, scene._replace(steady=steady._replace(first_check=first, max_time=longest))

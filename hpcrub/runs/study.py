@@ -129,9 +129,13 @@ class Job:
 
     def _collect(self, task, seconds):
         self.status[task] = DONE
+        self._count(self.study.unit, seconds)
+
+    def _count(self, what, seconds):
+        """Count a task that took some seconds, and tell how far the job is; what: parts of it."""
         self.work += Work(1, 0, seconds)
         n_now = self.work.n_done - self.n_before
-        self.progress.part(self.study.unit, *self.n_done(), n_now, self.expected)
+        self.progress.part(what, *self.n_done(), n_now, self.expected)
 
 
 class Study:

@@ -15,7 +15,7 @@ from hpcrub.model.disk import build_disk
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel, craig_bampton
 from hpcrub.response.revolution import speed_bands
-from hpcrub.response.scene import RECORD_INTERVAL, Scene
+from hpcrub.response.scene import RECORD_INTERVAL, Scene, enough
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup import imported
 from hpcrub.setup.aero import air_of
@@ -129,7 +129,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
 def _lanes(config):
     """Numbers of lanes for a configuration: as many as its speeds fill, and fewer at the end."""
     most = max(map(len, speed_bands(config.speeds.values_hz)))
-    fit = next((n for n in WIDTHS if n >= most), WIDTHS[-1])
+    fit = enough(WIDTHS, most)
     many = config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None]
     return tuple(n for n in WIDTHS if n <= fit) if many else (min(fit, ALONE),)
 

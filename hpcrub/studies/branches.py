@@ -131,7 +131,7 @@ class Branches(StudyInTime):
         return len(starts(config))
 
     def cost(self, config: Config) -> Cost:
-        """Cost of every start at every speed; a continuation leaves seven lanes idle."""
+        """Cost of all starts; a step of a continuation, alone in four lanes, costs up to eight."""
         n, revolutions = self.n_tasks(config), N_WINDOWS * config.steady_state.window_revolutions
         return Cost(2 * 8 + n - 2, n * revolutions / config.speeds.from_hz, 1)
 

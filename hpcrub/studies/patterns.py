@@ -12,7 +12,6 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
-from hpcrub.ranks.runlog import Work
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
@@ -208,9 +207,7 @@ class Halving(Job):
         return modes_of(self.config, self.prepared, own)
 
     def _collect(self, task, seconds):
-        self.work += Work(1, 0, seconds)
-        n_now = self.work.n_done - self.n_before
-        self.progress.part("tasks planned so far", *self.n_done(), n_now)
+        self._count("tasks planned so far", seconds)
 
 
 class PatternStudy(Study):
