@@ -72,7 +72,8 @@ class Lanes:
 
     def rate(self, n_blocks=10, recording=False):
         """Simulated steps per second."""
-        record = Record.allocate(self.bank, n_blocks, self.grid.stride) if recording else NOTHING
+        every = self.grid.stride, self.grid.look
+        record = Record.allocate(self.bank, n_blocks, *every) if recording else NOTHING
         seconds = best(lambda: run(self.bank, n_blocks, record))
         return n_blocks * self.grid.steps_per_block * self.width / seconds
 

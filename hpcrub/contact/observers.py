@@ -114,10 +114,10 @@ def strokes(
 
 
 class Record(NamedTuple):
-    """Observer of displacements u: a ring of B blocks of M records, and peaks of all steps."""
+    """Observer of displacements u: a ring of B blocks of M records, and the largest of blocks."""
 
     history: np.ndarray  # u after every ``stride``-th step (B·M·O, L) [m]
-    peak: np.ndarray  # (B·O, L) largest |u| in all steps of a block [m]
+    peak: np.ndarray  # (B·O, L) largest |u| after every ``look``-th step of a block [m]
     watched: np.ndarray  # lanes whose stresses are observed; eight cost a third of a step
     work: np.ndarray  # (1, PLACES) work space
     stress: np.ndarray  # (1, L) largest |stress| where it was last computed [Pa]
@@ -125,13 +125,14 @@ class Record(NamedTuple):
     casing: np.ndarray  # coordinates of the casing's pairs at the records (B·M·2J, L) [m·√kg]
     begin: int  # place in the ring of the first block; negative to record nothing
     stride: int  # steps from one record to the next
+    look: int  # steps from one look at the displacements to the next, a divisor of the stride
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def observe(
         lanes: tuple, bank: Bank, record: "Record", block: int, step: int, n_active: int
     ) -> int:
-        """Record every ``stride``-th step, and the peaks of all; see ``observers``."""
+        """Record every ``stride``-th step, look at every ``look``-th; see ``observers``."""
         if record.begin < 0:
             return n_active
         n_steps, n_observed = bank.scheme.bump.shape[0], bank.scheme.observed.shape[1]
@@ -140,9 +141,10 @@ class Record(NamedTuple):
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         row, last = place * (n_steps // record.stride) + step // record.stride, record.stride - 1
         kept = row if step % record.stride == last else -1
-        n_active = record_displacements(
-            lanes, bank, record.history, record.peak, kept, place, n_active
-        )
+        if (step + 1) % record.look == 0:
+            n_active = record_displacements(
+                lanes, bank, record.history, record.peak, kept, place, n_active
+            )
         n_pairs = bank.scheme.casing
         if len(record.watched) > 0 or (n_pairs > 0 and kept >= 0):
             correct(lanes, bank.scheme, bank.state, n_active)
@@ -167,7 +169,7 @@ class Record(NamedTuple):
         return "history", "peak", "stress_peak", "casing"
 
     @classmethod
-    def allocate(cls, bank: Bank, n_blocks: int, stride: int) -> "Record":
+    def allocate(cls, bank: Bank, n_blocks: int, stride: int, look: int = 1) -> "Record":
         """Record with an empty ring of n_blocks blocks of a bank."""
         n_records = len(bank.scheme.bump) // stride
         n_observed = bank.scheme.observed.shape[1]
@@ -181,8 +183,9 @@ class Record(NamedTuple):
             casing=v.aligned_zeros((n_blocks * n_records * bank.scheme.casing, bank.width)),
             begin=0,
             stride=stride,
+            look=look,
         )
 
 
 _NO = np.zeros((0, 1))
-NOTHING = Record(_NO, _NO, NO_LANES, _NO, _NO, _NO, _NO, begin=-1, stride=1)
+NOTHING = Record(_NO, _NO, NO_LANES, _NO, _NO, _NO, _NO, begin=-1, stride=1, look=1)

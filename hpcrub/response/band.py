@@ -120,7 +120,7 @@ class Band:
         self.motion = motion
         self.bank = bank.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
-        self.record = Record.allocate(self.bank, 2 * self.window, grid.stride)
+        self.record = Record.allocate(self.bank, 2 * self.window, grid.stride, grid.look)
         self.lanes: list[Course | None] = [None] * width
         # blocks between two polls; a casing that vibrates is checked after every block
         vibrates = len(modes.pairs.omega) > 0

@@ -40,7 +40,7 @@ class Piece(NamedTuple):
     position: np.ndarray  # modal coordinates of the disk (R, K, S) [m·√kg]
     casing: np.ndarray  # turned coordinates of the pairs of the casing (R, 2J, S) [m·√kg]
     observed: np.ndarray  # observed displacements (R, O, S) [m]
-    peak: np.ndarray  # largest |observed displacement| in all steps (O, S) [m]
+    peak: np.ndarray  # largest |observed displacement| of all looks (O, S) [m]
     normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, C, S) [N]
     axial_force: np.ndarray  # against +z (R, C, S), (R, 0, S) without axial motion [N]
@@ -53,9 +53,10 @@ class Trace(NamedTuple):
 
     position: np.ndarray  # modal coordinates (R, K, L) [m·√kg]
     observed: np.ndarray  # observed displacements (R·O, L) [m]
-    peak: np.ndarray  # largest |observed displacement| in all steps (O, L) [m]
+    peak: np.ndarray  # largest |observed displacement| after every ``look``-th step (O, L) [m]
     force: np.ndarray  # sums of the multipliers over the steps of a record (R, F, L) [N]
     stride: int
+    look: int
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -69,7 +70,9 @@ class Trace(NamedTuple):
             for lane in range(len(lanes)):
                 trace.force[record, i, lane] += bank.state.multiplier[i, lane]
         kept = record if (step + 1) % trace.stride == 0 else -1
-        n_active = record_displacements(lanes, bank, trace.observed, trace.peak, kept, 0, n_active)
+        if (step + 1) % trace.look == 0:
+            seen = trace.observed, trace.peak
+            n_active = record_displacements(lanes, bank, *seen, kept, 0, n_active)
         correct(lanes, bank.scheme, bank.state, n_active)
         if kept < 0:
             return 0
@@ -207,7 +210,7 @@ def _piece(bank, modes, scene, grid, n_speeds):
     observed, peak = (aligned_zeros((n * n_columns, width)) for n in (n_records, 1))
     force = np.zeros((n_records, len(bank.state.multiplier), width))
     started = bank.state.n_steps[:n_speeds].copy()
-    run(bank, 1, Trace(position, observed, peak, force, grid.stride))
+    run(bank, 1, Trace(position, observed, peak, force, grid.stride, grid.look))
     steps = started + grid.stride * np.arange(1, n_records + 1)[:, None]
     force = force[:, :, :n_speeds] / grid.stride
     normal, tangential, axial = bank.law.forces_on_points(force, scene)

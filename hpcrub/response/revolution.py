@@ -21,6 +21,7 @@ class Grid(NamedTuple):
     steps_per_revolution: int
     blocks_per_revolution: int
     stride: int  # steps from one record to the next
+    look: int = 1  # steps from one look at the displacements to the next, a divisor of the stride
 
     @property
     def steps_per_block(self) -> int:
@@ -52,7 +53,7 @@ def cut_revolution(speed_hz: float, scene: Any) -> Grid:
     A block turns the disk by whole bump pitches, or whole periods of casing and load together.
 
     speed_hz: any speed of a rung [Hz]; the lowest speed of the rung sets the grid.
-    scene: a Scene, for `step`, `least_steps`, `record_interval`, `repeats` and `divisor`.
+    scene: a Scene, for `step`, `least_steps`, the intervals, `repeats` and `divisor`.
     """
     lowest = slowest(rung(speed_hz))
     n_steps = math.ceil(max(1.0 / (lowest * scene.step), scene.least_steps) * (1.0 - 1e-12))
@@ -64,4 +65,7 @@ def cut_revolution(speed_hz: float, scene: Any) -> Grid:
     while stride > 1 and math.lcm(blocks * stride, scene.divisor) > least:
         stride -= 1
     unit = math.lcm(blocks * stride, scene.divisor)
-    return Grid(math.ceil(n_steps / unit) * unit, blocks, stride)
+    n_steps = math.ceil(n_steps / unit) * unit
+    most = max(1.0, scene.look_interval * lowest * n_steps * (1.0 + 1e-12))
+    look = max(d for d in range(1, stride + 1) if stride % d == 0 and d <= most)
+    return Grid(n_steps, blocks, stride, look)

@@ -120,6 +120,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
+        look_interval=resolution.look_interval(config),
         steady=SteadyCriteria(*(getattr(steady, name) for name in SteadyCriteria._fields)),
         observes_stress=config.observes_stress,
         lanes=_lanes(config),
@@ -166,4 +167,5 @@ def time_grid(config: Config) -> Any:
         repeats=math.gcd(config.casing.shape.repeats, load_order or 0),
         divisor=config.disk.n_blades if config.contact.wears else 1,
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
+        look_interval=resolution.look_interval(config),
     )

@@ -47,6 +47,29 @@ def test_without_contact_it_gives_the_harmonic_response(order, n_bumps, repeats)
     assert not np.allclose(np.abs(other_way).max(axis=1), expected, rtol=5e-3)
 
 
+def test_looks_lose_no_more_of_a_vibration_than_their_distance_allows():
+    """A sine that is looked at n times a period shows at least cos(π/n) of its amplitude."""
+    modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
+    scene = reference_scene(**FREE, load_order=4, casing=CasingShape(4, 1e-3), step=2e-6)
+    speeds = np.array([22.0, 23.0])
+    exact, lost = run_sweep(modes, scene, speeds).amplitude, []
+    for n in (12, 100):
+        looked = scene._replace(look_interval=1.0 / (n * 4 * speeds[-1]), record_interval=1.0)
+        assert cut_revolution(speeds[-1], looked).look > 1
+        lost.append(1.0 - run_sweep(modes, looked, speeds).amplitude / exact)
+        assert (lost[-1] >= 0.0).all()
+        assert (lost[-1] <= 1.0 - np.cos(np.pi / n)).all()
+    assert lost[0].max() > 1e-4  # it does not look at every step
+
+
+def test_the_first_family_is_looked_at_a_hundred_times_a_period():
+    problem = build_problem(Config().replace({"time.step_s": 1e-6}))
+    grid = cut_revolution(34.0, problem.scene)
+    first = mistuned_modes(problem.reduced, np.zeros(12)).omega.min() / (2.0 * np.pi)
+    looks = 34.0 * grid.steps_per_revolution / grid.look / first
+    assert 95.0 < looks < 200.0
+
+
 def test_it_stands_still_in_space_as_the_casing_does():
     """Where the load pushes each blade outward, a casing of that order meets it inward."""
     modes = mistuned_modes(reference_reduced(), np.zeros(12))

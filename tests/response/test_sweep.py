@@ -46,10 +46,13 @@ def one_blade(**changes):
 @pytest.mark.parametrize("step", [1e-3, 3e-5, 1e-6, 1e-7])
 @pytest.mark.parametrize("speed", [0.5, 33.5, 900.0])
 def test_revolution_is_cut_into_whole_steps_blocks_and_records(n_bumps, step, speed):
-    grid = cut_revolution(speed, scene_of(casing=CasingShape(n_bumps, 1.25e-3), step=step))
+    scene = scene_of(casing=CasingShape(n_bumps, 1.25e-3), step=step, look_interval=5e-5)
+    grid = cut_revolution(speed, scene)
     assert 1.0 / (speed * grid.steps_per_revolution) <= step * (1.0 + 1e-9)
     assert grid.steps_per_block * grid.blocks_per_revolution == grid.steps_per_revolution
-    assert grid.steps_per_block % grid.stride == 0
+    assert grid.steps_per_block % grid.stride == grid.stride % grid.look == 0
+    looks = slowest(rung(speed)) * grid.steps_per_revolution / grid.look  # in a second
+    assert grid.look == 1 or looks >= 1.0 / 5e-5
     assert n_bumps % grid.blocks_per_revolution == 0  # a block turns by whole pitches
 
 
