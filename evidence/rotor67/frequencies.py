@@ -10,6 +10,8 @@ from evidence import calculix
 from evidence.rotor67.mesh import Size, sector
 from evidence.rotor67.model import SPEED, Fan, cyclic_state
 from evidence.rotor67.numbers import Number
+from hpcrub.model import crossings
+from hpcrub.model.families import multiplicity
 from hpcrub.model.imported import cyclic, neutral, reduced
 from hpcrub.model.imported.neutral import stiffness_at
 
@@ -19,6 +21,7 @@ SHOWN = 4  # families of the Campbell diagram
 NAMES = "first bending", "second bending", "first torsion", "higher"
 ORDERS = range(1, 9)
 NEAR = 0.9, 1.1  # shares of the design speed, of the table of crossings
+SAME = 1e-6  # relative difference of a crossing's order from the family that has that frequency
 SHARES = np.linspace(0.0, 1.1, 12)
 PER_DIAMETER = 4  # frequencies that are held against those that CalculiX prints
 
@@ -79,23 +82,24 @@ def families(model: neutral.NeutralModel, share: float, n_families: int = SHOWN)
     return out
 
 
-def crossings(table: np.ndarray, n_blades: int) -> list:
+def near_design(model: neutral.NeutralModel) -> list[tuple[int, int, int, float]]:
     """Where an engine order meets a family near the design speed.
 
-    table: `families` at all SHARES of the speed.
     Returns (family, diameters, order, speed [Hz]) by the distance from the design speed. An engine
     order n excites n nodal diameters, or the n_blades - n that look the same to the blades.
     """
-    fine = np.linspace(*NEAR, 2001)
-    found = []
-    for diameters in range(table.shape[1]):
-        for family in range(table.shape[2]):
-            # squares of frequencies go nearly straight over the square of the speed
-            f = np.sqrt(np.interp(fine**2, SHARES**2, table[:, diameters, family] ** 2))
-            for order in {diameters, n_blades - diameters} - {0}:
-                beyond = f - order * fine * SPEED
-                at = SPEED * fine[:-1][beyond[:-1] * beyond[1:] < 0]
-                found += [(family + 1, diameters, order, speed) for speed in at]
+    n, whole, found = model.n_blades, reduced.reduced_model(model, 2 * np.pi * SPEED), []
+    of_mode = cyclic.tuned_diameters(whole)
+    for diameters in range(n // 2 + 1):
+        shapes = whole.tuned_modes[:, of_mode == diameters]
+        stiffness = [shapes.T @ K @ shapes for K in model.stiffness]
+        for order in {diameters, n - diameters} - {0}:
+            met = crossings.speeds(stiffness, np.eye(shapes.shape[1]), order) / (2 * np.pi)
+            for speed in met[:: multiplicity(diameters, n)]:
+                if NEAR[0] <= speed / SPEED <= NEAR[1]:
+                    own = families(model, speed / SPEED)[diameters]
+                    (family,) = np.nonzero(np.isclose(own, order * speed, rtol=SAME))
+                    found += [(int(k) + 1, diameters, order, float(speed)) for k in family]
     return sorted(found, key=lambda row: abs(row[-1] / SPEED - 1))
 
 
@@ -108,7 +112,7 @@ def numbers(model: neutral.NeutralModel, figure: Path) -> list[Number]:
         for (h, family), f in np.ndenumerate(families(model, share)):
             at = f"{where}, family {family + 1}, {h} diameters"
             found.append(Number("natural frequency", at, f, "Hz"))
-    for family, diameters, order, speed in crossings(table, model.n_blades):
+    for family, diameters, order, speed in near_design(model):
         at = f"engine order {order}, family {family}, {diameters} diameters"
         found.append(Number("speed of a crossing", at, speed, "Hz"))
     return found

@@ -12,13 +12,15 @@ import pytest
 from scipy.linalg import eigh
 
 from evidence.calculix import POISSON, YOUNG
-from evidence.rotor67 import mesh, numbers, reduction, sections, stress
+from evidence.rotor67 import frequencies, mesh, numbers, reduction, sections, stress
 from evidence.truth.hexahedra import sector_arrays
 from hpcrub.commands import import_model
 from hpcrub.model.imported import cyclic, neutral
 from hpcrub.model.imported.assembly import pair_sides
 from hpcrub.model.imported.stress import COMPONENTS, von_mises
+from hpcrub.results import model_file
 
+FAN = "inputs/rotor67/rotor67.h5"
 N_BLADES, CHORD, THICK = 22, 0.06, 0.004
 ROWS, POINTS = 6, 101
 
@@ -137,8 +139,20 @@ def test_numbers_of_fewer_fans_are_within_where_intervals_meet():
 
 def test_the_model_file_is_a_fan_that_can_be_mistuned(capsys):
     """Import of the file says that its blades have cantilever modes, not that they have nothing."""
-    assert import_model.main(["model", "inputs/rotor67/rotor67.h5", "--speed-hz", "267"]) == 0
+    assert import_model.main(["model", FAN, "--speed-hz", "267"]) == 0
     said = capsys.readouterr().out
     assert "6 cantilever modes each alone" in said
     assert "blades' stiffness: none" not in said
     assert "22 blades, 6 to 6 contact nodes each" in said
+
+
+def test_orders_are_natural_frequencies_at_the_speeds_of_the_crossings():
+    """Interpolated frequencies had put them up to 0.05 Hz away; numbers.csv has the same ones."""
+    fan, told = neutral.from_arrays(model_file.read(FAN)), []
+    for family, diameters, order, speed in frequencies.near_design(fan):
+        own = frequencies.families(fan, speed / frequencies.SPEED)[diameters, family - 1]
+        assert own == pytest.approx(order * speed, rel=1e-9)
+        told.append((f"engine order {order}, family {family}, {diameters} diameters", speed))
+    rows = [n for n in numbers.read(numbers.TABLE).values() if n.quantity == "speed of a crossing"]
+    assert [n.at for n in rows] == [at for at, _ in told]
+    np.testing.assert_allclose([n.value for n in rows], [s for _, s in told], rtol=2e-6)
