@@ -47,4 +47,4 @@ def description(file: ResultFile) -> Iterator[str]:
         yield f"    {one_line(line)}"
     n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
     failed = f", {n_failed} failed" if n_failed else ""
-    yield f"  done: {n_done} of {status.size} {run_of(config).study.unit}{failed}"
+    yield f"  done: {run_of(config).study.amount_done(file, n_done)}{failed}"

@@ -197,7 +197,7 @@ def status(runs: list[Run]) -> int:
         with studies.open_result(cfg.output, cfg) as file:
             done = file.status != PENDING
             enough = bool(done.all())
-            text = f"{cfg.output}: {np.count_nonzero(done)} of {done.size} {study.unit}"
+            text = f"{cfg.output}: {study.amount_done(file, int(np.count_nonzero(done)))}"
             if not enough and study.is_enough(file):
                 enough, text = True, f"{text}, converged"
         progress.say(text)

@@ -93,18 +93,12 @@ class Progress:
         """
         if not self._is_due(n_done == n_total):
             return
-        goal, about, of = n_total, "", f"{n_total}"
-        if expected is not None:
-            goal, about, of = min(expected, n_total), "about ", f"at most {n_total}"
-            if n_done < goal:
-                of = f"about {goal} ({of})"
-            elif goal:
-                of += f", more than the {goal} expected"
+        goal, about = (n_total, "") if expected is None else (min(expected, n_total), "about ")
         left = ""
         if n_now and n_done < goal:
             seconds = (goal - n_done) * (time.monotonic() - self.began) / n_now
             left = f", {about}{duration(seconds)} left"
-        self.say(f"{what}: {n_done} of {of}{left}")
+        self.say(f"{what}: {amount(n_done, n_total, expected)}{left}")
 
     def start(self, status: np.ndarray) -> None:
         """Begin the samples; status (V, n): that of each sample in the file."""
@@ -146,6 +140,19 @@ class Progress:
             half_range = 100 * self.config.mistuning.half_range[self.config.levels[-1]]
             text += f"; A at ±{half_range:.3g} %: {shown} (percentiles {names})"
         return text
+
+
+def amount(n_done: int, n_total: int, expected: int | None = None, unit: str = "") -> str:
+    """Return how many parts are done, in words; n_total, expected: see `Progress.part`."""
+    unit = f" {unit}" if unit else ""
+    if expected is None:
+        return f"{n_done} of {n_total}{unit}"
+    goal = min(expected, n_total)
+    if n_done < goal:
+        return f"{n_done} of about {goal}{unit} (at most {n_total})"
+    return f"{n_done} of at most {n_total}{unit}" + (
+        f", more than the {goal} expected" if goal else ""
+    )
 
 
 def duration(seconds: float) -> str:

@@ -162,10 +162,10 @@ def _fill(team, run, prepared, warnings, file, log):
     try:
         job.run()
     except Interrupted as error:
-        n_done, n_all = team.on_root(job.n_done)
+        there = team.on_root(lambda: progress.amount(*job.n_done(), job.expected, run.study.unit))
         error.args = (
-            f"{error} came; {n_done} of {n_all} {run.study.unit} are in {run.config.output}, and "
-            "the same command with --resume computes the others, on any number of ranks",
+            f"{error} came; {there} are in {run.config.output}, and the same command with "
+            "--resume computes the others, on any number of ranks",
         )
         raise
     log.phase("summary")

@@ -13,7 +13,7 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import Progress, console, print_line
+from hpcrub.ranks.progress import Progress, amount, console, print_line
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import history
 from hpcrub.response.wear import N_ANGLES
@@ -223,6 +223,17 @@ class Study:
     def is_enough(self, file: ResultFile) -> bool:
         """Whether a file is complete although some of its parts are missing."""
         return False
+
+    def expected(self, file: ResultFile) -> int | None:
+        """Number of parts that are probably needed; 0: not known; None: all."""
+        return None
+
+    def amount_done(self, file: ResultFile, n_done: int) -> str:
+        """How many parts of a file are done, of those that are expected, in words."""
+        expected = self.expected(file)
+        if expected and self.is_enough(file):
+            expected = 0
+        return amount(n_done, file.status.size, expected, self.unit)
 
     def report(self, file: ResultFile) -> Iterable[str]:
         """Lines about the results; the first line stands in a table of several runs."""

@@ -71,19 +71,12 @@ class Sampling(Job):
 
         A step depends on the disks before it alone, whatever else the file holds.
         """
-        goal, before, needed = goal_of(self.config), 0, 0.0
+        goal, before = goal_of(self.config), 0
         above, inclusion = beyond(self.file), self.file.read("inclusion")
         estimated = np.isfinite(self.file.read("probability"))
         for place, n in enumerate(map(int, numbers(self.config))):
             if (self.status[:n] == PENDING).any():
-                looked_at = np.flatnonzero(self.file.read("look_speeds")) if before else ()
-                speeds, rule = tuple(map(int, looked_at)), Rule()
-                if speeds:
-                    rule, needed, *_ = _plan(self.file, before, speeds, goal)
-                elif before:
-                    chance = above[:before].mean()
-                    needed = n_needed(goal, chance, chance, 1.0)
-                self.expected = round(float(needed))
+                speeds, rule, self.expected = _onwards(self.file, before, goal)
                 if place == 1:  # the pilot's disks took longer
                     self.begin()
                 return Step(n, speeds, rule)
@@ -191,6 +184,10 @@ class Rare(Study):
         """Cost of the disks that plain sampling needs, at every speed."""
         disks = min(_supposed(config)[1], config.mistuning.samples)
         return Cost(disks, disks=disks)
+
+    def expected(self, file: ResultFile) -> int:
+        """Number of disks that the goal is expected to need, by the last estimate."""
+        return _onwards(file, last_estimate(file)[0], goal_of(file.config))[-1]
 
     def is_enough(self, file: ResultFile) -> bool:
         """Whether the goal is met."""
@@ -337,6 +334,18 @@ def in_words(config: Config, speeds: Any) -> str:
 def _looks(file, speeds):
     """Largest early severity of the pilot's disks at some speeds (pilot,)."""
     return np.fmax.reduce(file.read("pilot_look")[:, list(speeds)], axis=1)
+
+
+def _onwards(file, before, goal):
+    """Speeds of first looks, rule and number of disks to the goal, by the first disks."""
+    looked_at = np.flatnonzero(file.read("look_speeds")) if before else ()
+    speeds, rule, needed = tuple(map(int, looked_at)), Rule(), 0.0
+    if speeds:
+        rule, needed, *_ = _plan(file, before, speeds, goal)
+    elif before:
+        chance = beyond(file)[:before].mean()
+        needed = n_needed(goal, chance, chance, 1.0)
+    return speeds, rule, round(float(needed))
 
 
 def _plan(file: ResultFile, n: int, speeds: tuple[int, ...], goal: Goal) -> Plan:

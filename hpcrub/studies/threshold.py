@@ -52,7 +52,7 @@ class Seeking(Job):
     def _take_stock(self):
         self.status = self.file.read("status")
         self.n_disks = np.zeros(len(self.status), dtype=int)
-        self.expected = self.study.cost(self.config).disks
+        self.expected = self.study.expected(self.file)
         return self._next()
 
     def _tasks(self):
@@ -162,6 +162,10 @@ class Threshold(Study):
         disks = round(LOOKS * np.log2(n_values) * needed + CLOSE * most)
         disks = min(disks, n_values * most)
         return Cost(disks, disks=disks)
+
+    def expected(self, file: ResultFile) -> int:
+        """Number of disks that the search is expected to need."""
+        return self.cost(file.config).disks
 
     def tried(self, config: Config) -> list[Config]:
         """Inputs at values over the whole range, whose disks may differ tenfold in their cost."""

@@ -117,6 +117,11 @@ def test_the_time_left_is_told_once_the_pilot_tells_how_many_disks_are_needed(br
     assert not any("left" in line for line in told[:100])
     expected = int(re.search(r" of about (\d+) \(at most 200\), about .* left", told[100])[1])
     assert 0.5 < expected / len(told) < 2.0
+    with h5py.File(brute[0] / "soon.h5", "r+") as file:  # as if it had been stopped there
+        file["status"][101:] = 0
+        file["probability"][1:] = np.nan
+    assert run_here("study.yaml", *options, "--status", folder=brute[0]) == 75
+    assert f"101 of about {expected} disks (at most 200)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("size", [np.nan, 0.0])

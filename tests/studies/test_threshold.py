@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
+from hpcrub.commands import inspect
 from hpcrub.ranks.progress import duration
 from hpcrub.runs import cost
 from hpcrub.runs.verdict import USELESS
@@ -105,6 +106,27 @@ def test_the_time_left_is_told_for_as_many_disks_as_a_search_takes(brute, capsys
     for line in told:
         expected = int(re.search(r" of about (\d+) \(at most 300\), about .* left", line)[1])
         assert 0.5 < expected / n < 2.0
+
+
+def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):
+    """`--status`, `inspect` and a dry run that resumes counted of all disks at all values."""
+    folder, *_ = brute
+    expected = THRESHOLD.cost(load(folder / "study.yaml")).disks
+    shutil.copy(folder / "one.h5", folder / "begun.h5")
+    with h5py.File(folder / "begun.h5", "r+") as file:
+        file["status"][:, 10:] = 0
+        file["n_disks"][:] = 0
+        n = np.count_nonzero(file["status"])
+    options = "study.yaml", "--output", "begun.h5"
+    assert run_here(*options, "--status", folder=folder) == 75
+    assert inspect.main([str(folder / "begun.h5")]) == 0
+    said, told = capfd.readouterr().out, f"{n} of about {expected} disks (at most 300)\n"
+    assert f"begun.h5: {told}" in said
+    assert f"done: {told}" in said
+    assert run_here(*options, "--resume", "--dry-run", folder=folder) == 0
+    assert f"already there:        {100 * n / expected:.3g} %" in capfd.readouterr().out
+    assert run_here("study.yaml", "--output", "one.h5", "--status", folder=folder) == 0
+    assert re.search(r"one.h5: \d+ of at most 300 disks, converged\n", capfd.readouterr().out)
 
 
 def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
