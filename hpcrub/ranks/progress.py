@@ -128,17 +128,21 @@ class Progress:
         return True
 
     def _text(self, amplification):
-        """Time left, rate, and the percentiles of the widest level."""
+        """Time left, rate, and amplifications of the widest level, or of the pattern."""
         rate = (self.done - self.already) / max(time.monotonic() - self.began, 1e-9)
         left = duration((self.total - self.done) / rate)
-        values = amplification[-1][np.isfinite(amplification[-1])]
+        values, config = amplification[-1][np.isfinite(amplification[-1])], self.config
         text = f"{left} left ({rate:.3g}/s)"
-        if len(values):
-            percentiles = self.config.convergence.percentiles
-            shown = " / ".join(f"{p:.2f}" for p in np.percentile(values, percentiles))
-            names = "/".join(f"{p:g}" for p in percentiles)
-            half_range = 100 * self.config.mistuning.half_range[self.config.levels[-1]]
-            text += f"; A at ±{half_range:.3g} %: {shown} (percentiles {names})"
+        if not len(values):
+            return text
+        at = config.convergence.percentiles
+        of = f"at ±{100 * config.mistuning.half_range[config.levels[-1]]:.3g} %"
+        what = f"percentiles {'/'.join(f'{p:g}' for p in at)}"
+        if config.pattern_deviation is not None:  # samples are runs of one disk
+            at, of = (0.0, 50.0, 100.0), "of the pattern"
+            what = f"least, median and largest of {len(values)} runs"
+        at, what = (at, f" ({what})") if len(values) > 1 else ((50.0,), "")
+        text += f"; A {of}: {' / '.join(f'{p:.2f}' for p in np.percentile(values, at))}{what}"
         return text
 
 

@@ -106,6 +106,31 @@ def test_a_contact_study_that_may_converge_before_its_end_says_at_most(stops, ca
     assert f"samples: 25 of {told} 8.33 min left (0.25/s)\n" in capsys.readouterr().out
 
 
+RUNS = "A of the pattern: 1.00 / 1.00 / 3.00 (least, median and largest of 3 runs)"
+
+
+@pytest.mark.parametrize(
+    ("mistuning", "values", "told"),
+    [
+        ({"pattern": [1.0] * 11 + [4.0]}, [1.2], "A of the pattern: 1.20"),
+        ({"pattern": [1.0] * 12}, [1, 3, 1], RUNS),
+        ({"half_range_percent": [4]}, [1.2, np.nan], "A at ±4 %: 1.20"),
+        (
+            {"half_range_percent": [4]},
+            [1, 3],
+            "A at ±4 %: 1.02 / 2.00 / 2.98 (percentiles 1/50/99)",
+        ),
+    ],
+)
+def test_one_disk_has_no_percentiles_on_its_way(mistuning, values, told, capsys):
+    """An explicit pattern was told as "A at ±4 %: 1.20 / 1.20 / 1.20 (percentiles 1/50/99)"."""
+    shown = progress.Progress(Config(mistuning=mistuning))
+    shown.start(np.zeros((1, len(values)), dtype=np.uint8))
+    shown.done, shown.shown = len(values) - 1, shown.shown - 100.0
+    shown.sample(0, 0, SimpleNamespace(status=DONE), np.array([values], dtype=float))
+    assert capsys.readouterr().out.endswith(f"/s); {told}\n")
+
+
 def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):
     """`hpcrub keys | head` was a traceback; so was a study whose log stood on a full disk."""
     (tmp_path / "a.yaml").write_text("study: modal\noutput: a.h5\n")
