@@ -22,6 +22,8 @@ MOST = 20_000  # largest number of samples of a level in the band of a frequency
 SCATTER = "± standard deviation of the windows"
 MOST_LINES = 5  # responses in one panel besides the reference; of more, each gets a panel
 SPEED = "speed of rotation [Hz]"
+GREY = "0.4"  # in legends, of symbols that disks of all colours have
+LOST = "x4P123xXx*xd"  # symbols of the reasons of ``status``, one for each that ends a point
 
 
 @figure("contact", paper="7", what="responses, amplifications", main=True)
@@ -62,7 +64,7 @@ def draw_response(
     """Draw one disk over the speeds, by default its amplitudes; hollow points were not steady.
 
     On a coating amplitudes are the largest at any time, and at hollow points wear had not ended.
-    Crosses are speeds without a result, with the reasons in words.
+    Symbols at zero are speeds without a result, one for each reason.
     """
     name = name or layout.amplitude(file.config)
     speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
@@ -77,18 +79,23 @@ def draw_response(
     drawn.sticky_edges.y.append(0.0)  # the axis begins at zero and ends above what is drawn later
     point_status = file.read(f"{group}/point_status", where)
     unsteady, lost = point_status == NOT_STEADY, point_status == DIVERGED
-    look: dict[str, Any] = {"ls": "", "mec": colour, "clip_on": False, "label": "not steady"}
-    if unsteady.any():
-        axes.plot(speeds[unsteady], values[unsteady], "o", mfc="w", ms=5, zorder=4, **look)
     reasons = file.read(f"{group}/point_reason", where)
-    look["ms"] = 7 if colour == BLACK else 10  # of two at the same speed both are seen
-    for n, code in enumerate(np.unique(reasons[lost])):
-        at = speeds[lost & (reasons == code)]
-        look |= {"marker": "xP*d"[n % 4], "label": status.words(code)}
-        axes.plot(at, 0 * at, mfc=colour, zorder=5, **look)
+    _draw_symbol(axes, speeds[unsteady], values[unsteady], "o", colour, "not steady", mfc="w", ms=5)
+    size = 7 if colour == BLACK else 10  # of two at the same speed both are seen
+    for code in np.unique(reasons[lost]):
+        at, symbol = speeds[lost & (reasons == code)], LOST[code % len(LOST)]
+        _draw_symbol(axes, at, 0 * at, symbol, colour, status.words(code), mfc=colour, ms=size)
     axes.autoscale_view()
     axes.set_xlabel(SPEED)
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+
+
+def _draw_symbol(axes, x, y, symbol, colour, label, **look):
+    """Draw symbols in the colour of a disk; the legend has one of all disks, in grey."""
+    if len(x):
+        axes.plot(x, y, symbol, mec=colour, clip_on=False, zorder=5, **look)
+        grey = {"ms": 7, "mec": GREY, "mfc": "w" if look["mfc"] == "w" else GREY}
+        axes.plot([], [], symbol, label=label, **grey)
 
 
 def draw_all(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:

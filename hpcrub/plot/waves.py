@@ -80,10 +80,10 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     """Largest radial motion of the casing beside that of the tips, and its share of the energy.
 
     The tuned disk, and the range of the random samples or the disk of an explicit pattern; numbers
-    at the points of the tuned disk are the waves n that move most. Crosses are speeds without a
-    result. The last panel shows where the linear disk and casing grow in permanent contact, beside
-    what the motions in time did: how many of the disks ran away, and how fast the tuned one and
-    that of a pattern.
+    at the points of the tuned disk are the waves n that move most. Symbols at zero are speeds
+    without a result. The last panel shows where the linear disk and casing grow in permanent
+    contact, beside what the motions in time did: how many of the disks ran away, and how fast the
+    tuned one and that of a pattern.
     """
     (tips, motion), (share, grows) = canvas.panels(2, 2, (13.0, 9.6))
     draw_all(tips, file)

@@ -14,11 +14,14 @@ from scipy import stats
 
 from hpcrub import plot
 from hpcrub.config.schema import load_runs
-from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
+from hpcrub.contact import status
+from hpcrub.contact.status import AVERAGED, DIVERGED, FLUTTER, NOT_STEADY, PERMANENT
 from hpcrub.errors import InputError
 from hpcrub.plot.amplifications import ABOVE, APART, BESIDE
 from hpcrub.plot.families import finished, labels, ordered, reference
+from hpcrub.plot.responses import GREY
 from hpcrub.plot.samples import cumulative
+from hpcrub.plot.style import BLACK, BLUE
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.studies.contact import measured
 from hpcrub.studies.contact.layout import AMPLIFICATION
@@ -82,6 +85,32 @@ def test_summary_of_a_pattern(random):
         assert_drawn(panel, (speeds, scale * mistuned), hollow, (speeds, scale * tuned))
     (legend,) = panels[0].figure.legends  # its title is the note below; the verdict was left out
     assert legend.get_title().get_text().startswith("not usable")
+
+
+def test_symbols_of_all_disks_are_grey_in_the_legend_and_one_for_each_reason(random):
+    """They had the colour of the disk drawn last, and a cross was another reason on each disk."""
+    file, at = contact_file(random, PHYSICS + PATTERN, (1, 1)), {"tuned": 0, "samples": 1}
+    for group, first in at.items():
+        of = "point_status", "point_reason"
+        states, reasons = (file.values[f"{group}/{name}"].reshape(3) for name in of)
+        states[:] = np.roll([DIVERGED, DIVERGED, NOT_STEADY], first)
+        reasons[:] = np.roll([PERMANENT, FLUTTER, 0], first)
+    left, _ = plot.summary(file)
+    (legend,) = left.figure.legends
+    keys = {text.get_text(): artist for text, artist in zip(
+        legend.get_texts(), legend.legend_handles, strict=True)}  # fmt: skip
+    stuck, flutter, unsteady = (keys[label] for label in (
+        status.words(PERMANENT), status.words(FLUTTER), "not steady"))  # fmt: skip
+    assert {key.get_markeredgecolor() for key in (stuck, flutter, unsteady)} == {GREY}
+    zeros = [line for line in left.get_lines() if list(line.get_ydata()) == [0.0]]
+    assert [
+        (line.get_xdata()[0], line.get_marker(), line.get_markeredgecolor()) for line in zeros
+    ] == [
+        (34.2, stuck.get_marker(), BLUE),
+        (34.4, flutter.get_marker(), BLUE),
+        (34.0, stuck.get_marker(), BLACK),
+        (34.2, flutter.get_marker(), BLACK),
+    ]
 
 
 def test_responses_of_a_family_and_their_differences(random):
