@@ -53,8 +53,6 @@ def _one(run, existing, n_ranks):
     say(f"memory:               {memory.estimate(run) / 1e6:,.4g} MB of each rank, at most")
     for line in warnings:
         say(f"warning:              {line}")
-    if study.integrates and not can_touch(problem.scene):
-        say("contact:              none, the bumps do not reach the blades")
     if study.integrates and problem.reduced.casing is not None:
         casing = problem.reduced.casing
         crossings = casing_waves.interactions(config, problem.reduced, casing)
@@ -88,9 +86,10 @@ def _try(run, problem):
         warm_up(Team(), config, problem, study.histories, progress.Progress(config))
         disks = "one disk" if len(inputs) == 1 else f"one disk at {len(inputs)} values of the key"
         say(f"trial:                {disks}, for about {len(inputs) * cost.LONGEST:g} s at most")
-    seconds = []
+    seconds, touch = [], not study.integrates
     for here in inputs:
         own = problem if here is config else build_problem(here)
+        touch = touch or can_touch(own.scene)
         tried = cost.trial(here, own, study.loads(here), study.integrates, study.histories)
         if tried.result:
             rate = f"{tried.steps_per_second / 1e6:.3g} million steps per second and core"
@@ -99,6 +98,8 @@ def _try(run, problem):
             for line in status.lines(counts, len(tried.result.point_reason)):
                 say(f"tried, one disk:      {line}")
         seconds.append(tried.seconds(study.cost(here), here))
+    if not touch:
+        say("contact:              none, the bumps do not reach the blades")
     if len(inputs) > 1:
         n_disks = study.cost(config).disks
         ends = (progress.duration(end(seconds) / n_disks) for end in (min, max))

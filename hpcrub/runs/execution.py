@@ -18,7 +18,6 @@ from hpcrub.ranks.runlog import RunLog
 from hpcrub.results import ownership, storage, trouble
 from hpcrub.runs import memory, result_files
 from hpcrub.runs.study import Run
-from hpcrub.setup import plausibility
 from hpcrub.setup.laws import law_of
 
 
@@ -65,7 +64,7 @@ def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
     memory.check(run)
     prepared, warnings = run.prepare(), list(checks.idle(run.config))
     if run.study.integrates:
-        warnings += plausibility.warnings(run.config, run.study.problem_of(prepared))
+        warnings += run.study.warnings(run.config, prepared)
     return prepared, warnings
 
 

@@ -23,9 +23,8 @@ from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.verdict import Finding
 from hpcrub.runs.warmup import warm_up
-from hpcrub.setup import imported
+from hpcrub.setup import imported, plausibility
 from hpcrub.setup.disks import Disks, disks, modes_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
@@ -193,6 +192,10 @@ class Study:
         """Problem in the result of `prepare`, if the study integrates."""
         return getattr(prepared, "problem", prepared)
 
+    def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
+        """Warnings about what a study that integrates does not resolve; prepared: by `prepare`."""
+        yield from plausibility.warnings(config, self.problem_of(prepared))
+
     def loads(self, config: Config) -> tuple[int, ...]:
         """Numbers of periods around the disk of the loads whose linear responses it computes."""
         return (config.engine_order or 1,)
@@ -344,7 +347,7 @@ class Run(NamedTuple):
         if config.is_part and "part" not in study.sections:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
         if study.integrates and "history" not in study.sections:  # motions until they are steady
-            yield from steady_problems(config)
+            yield from plausibility.steady_problems(config)
         yield from study.problems(config)
 
     def checked(self) -> "Run":

@@ -3,6 +3,7 @@
 The same disks are drawn at every value; `statistics.threshold` tells which ones to compute.
 """
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -19,7 +20,9 @@ from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Poll, Study, Values
 from hpcrub.runs.verdict import USELESS, Finding
+from hpcrub.setup import plausibility
 from hpcrub.setup.disks import deviation
+from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search, coarse
 from hpcrub.studies.contact.amplification import peaks_of
@@ -31,6 +34,7 @@ NEVER_KEYS = (
 )
 LOOKS = 1.5  # values per bisection that need as many disks as the target asks for
 CLOSE = 2  # values so close to the crossing that they need all disks
+NUMBERS = re.compile(r"\d[\d., ]*(e[-+]?\d+)?")  # in a warning
 _V, _VN = ("value",), ("value", "sample")
 LAYOUT = (
     Dataset("value", _V, "1", "values of the key, in its own unit"),
@@ -145,6 +149,23 @@ class Threshold(Study):
         for line in idle(at_value(config, config.threshold.highest)):
             if line.startswith(f"{key}:"):
                 yield f"threshold.key: {line}"
+
+    def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
+        """Warnings at both ends of the range; the lower end's where they differ in numbers only.
+
+        The input's own value of the key, of which `prepared` is, is not computed.
+        """
+        key, found = config.threshold.key, dict[str, list[tuple[float, str]]]()
+        for value in map(float, config.threshold.values[[0, -1]]):
+            here = at_value(config, value)
+            for line in plausibility.warnings(here, build_problem(here)):
+                found.setdefault(NUMBERS.sub("#", line), []).append((value, line))
+        for (value, line), *others in found.values():
+            if (line,) == tuple(other for _, other in others):
+                yield line
+            else:
+                also = "".join(f"; also at {other:g}" for other, _ in others)
+                yield f"{line} (at {key} = {value:g}{also})"
 
     def needs(self, config: Config) -> str:
         """Number of values, and of disks that the search is expected to need, in words."""

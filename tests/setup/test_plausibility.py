@@ -30,8 +30,9 @@ def test_inputs_that_come_along_keep_their_step_and_are_resolved(path, monkeypat
     for config in map(input_files.with_tables, load_runs(path)):
         assert config.step == config.time.step_s
         few = path.stem == "reduction" and config.reduction.n_modes < 3 * config.disk.n_blades
-        if studies.run_of(config).study.integrates and not few:  # which shows what few modes do
-            found = plausibility.warnings(config, build_problem(config))
+        study = studies.run_of(config).study
+        if study.integrates and not few:  # which shows what few modes do
+            found = study.warnings(config, build_problem(config))
             # which thin rings of inputs/ring*.yaml show; what the paper's rule leaves out, too
             true = "overtaken waves: ", "not resolved: transients decay with a time constant"
             if config.aero.exists or config.casing.vibrates:  # a wave with little damping

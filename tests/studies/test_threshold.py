@@ -161,3 +161,34 @@ def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, 
     said = capfd.readouterr().out
     assert f"run time:   {duration(0.8 * THRESHOLD.cost(config).disks)} on 1 rank" in said
     assert "one disk takes:       0.2 s to 1.4 s" in said
+
+
+@pytest.mark.parametrize(
+    ("key", "ends", "told"),
+    [
+        ("casing.clearance_mm", (0.2, 1.4), []),
+        ("casing.clearance_mm", (0.2, 12.0), ["2.4 %", "(at casing.clearance_mm = 12)"]),
+        (
+            "casing.clearance_mm",
+            (12.0, 30.0),
+            ["2.4 %", "(at casing.clearance_mm = 12; also at 30)"],
+        ),
+        ("contact.friction", (0.0, 0.3), ["12 %", "casing.clearance_mm is in mm"]),
+    ],
+)
+def test_what_is_not_plausible_is_told_of_both_ends_of_the_range(folder, key, ends, told, capfd):
+    """It was told of the input's own value alone, which is not computed; so was "contact: none"."""
+    text = STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]")
+    (folder / "study.yaml").write_text(text)
+    keys = {"key": key, "lowest": ends[0], "highest": ends[1], "tolerance": np.ptp(ends)}
+    changes = [f"threshold.{name}={value}" for name, value in keys.items()]
+    changes.append("casing.clearance_mm=60")
+    options = [word for change in changes for word in ("--set", change)]
+    assert run_here("study.yaml", "--dry-run", *options, folder=folder) == 0
+    said = capfd.readouterr().out
+    found = [line for line in said.splitlines() if " units: " in line]
+    assert len(found) == bool(told)
+    for line in found:
+        assert f"the clearance is {told[0]}" in line
+        assert line.endswith(told[1])
+    assert ("contact:              none" in said) == (ends[0] != 0.2)
