@@ -17,11 +17,12 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, lost_disks, reference, uncertainty
+from hpcrub.plot.families import finished, labels, lost_disks, reference
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import MIN_VALUES, confidence
+from hpcrub.statistics.percentiles import MIN_VALUES, confidence, with_interval
 from hpcrub.studies.contact import layout, measured
+from hpcrub.studies.contact.survey import shared_uncertainty
 
 MOST_PANELS = 6  # files that get a panel each; more files are rows of one panel
 BESIDE = 0.012  # sideways shift of curves, part of the range of levels: intervals stay visible
@@ -51,7 +52,7 @@ def draw_curves(
     from_one: begin the curves at the tuned disk, whose amplification is 1.
     """
     known = [v for v in range(len(x)) if len(values[v])]
-    by_level = [intervals.interval(values[v], at, shared) for v in known]
+    by_level = [with_interval(values[v], at, shared) for v in known]
     x = x[known] + place * BESIDE * (np.max(x) - (0.0 if from_one else np.min(x)))
     zero, one = ([0.0], [1.0]) if from_one else ([], [])
     for p, curve in enumerate(np.reshape(by_level, (-1, 3, len(at))).T):
@@ -74,7 +75,7 @@ def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> N
     at = file.config.convergence.percentiles
     _explain(axes, [CONTACT, LINEAR], at)
     for (name, look), place in zip(KINDS, (-1, 1), strict=True):
-        shared = uncertainty(file, name)
+        shared = shared_uncertainty(file, name)
         draw_curves(axes, x, finished(file, name), at, look, shared, place, from_one)
 
 
@@ -133,7 +134,7 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
             values, height = finished(file, name)[-1], row + beside + among
             if not len(values):
                 continue
-            interval = intervals.interval(values, at, uncertainty(file, name))
+            interval = with_interval(values, at, shared_uncertainty(file, name))
             for p, value in enumerate(interval[0]):
                 axes.plot(value, height[p], marker(p), color=look.colour, ms=7)
             intervals.draw(axes, height, interval, look.colour, sideways=True)
@@ -180,7 +181,7 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
             if not len(values):
                 continue
             level, label = sigmas.index(sigma), f"percentile 99, σ = {100 * sigma:.1f} %"
-            place, interval = i + 0.06 * (level + 1), intervals.interval(1e3 * values, [99])
+            place, interval = i + 0.06 * (level + 1), with_interval(1e3 * values, [99])
             look: dict[str, Any] = {"color": colours[level], "label": label}
             axes.plot(place, interval[0], marker(level), ms=7, **look)
             intervals.draw(axes, place, interval, colours[level])

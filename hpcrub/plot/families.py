@@ -10,9 +10,9 @@ from matplotlib.ticker import EngFormatter
 from hpcrub.config.schema import PROFILE, Config
 from hpcrub.config.text import counted, flatten, is_table, key_table, show
 from hpcrub.config.types import without_suffix
-from hpcrub.results.layout import DONE, FAILED, PENDING
+from hpcrub.results.layout import FAILED, PENDING
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact.survey import n_counted, shared_uncertainty
+from hpcrub.studies.contact import survey
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
 OF_ANY_SIZE = "s", "N/m", "N s/m"  # units with prefixes, such as 240 MN/m
@@ -21,30 +21,20 @@ FEW = 3  # largest number of keys that are all named; of more keys, only unusual
 
 
 def finished(file: ResultFile, name: str) -> list[Any]:
-    """Return the values of the finished samples of every level, without failed samples."""
-    n = n_counted(file)
-    status, values = file.status[:, :n], file.read(f"samples/{name}")[:, :n]
-    return [values[level][status[level] == DONE] for level in range(len(status))]
+    """Return the finite values of the finished samples of every level."""
+    return [survey.finished(file, level, name) for level in file.config.levels]
 
 
 def lost_disks(files: list[ResultFile]) -> list[str]:
     """Return a note for each file whose figure leaves out disks without a result."""
     notes = []
     for file in files:
-        status = file.status[:, : n_counted(file)]
+        status = file.status[:, : survey.n_counted(file)]
         if n := int(np.count_nonzero(status == FAILED)):
             name = f"{without_suffix(file.path).name}: " * (len(files) > 1)
             of = counted(int(np.count_nonzero(status != PENDING)), "disk")
             notes.append(f"{name}{n} of {of} have no result and are left out")
     return notes
-
-
-def uncertainty(file: ResultFile, name: str) -> Any:
-    """Return by how much all values of a quantity could be lower and higher together.
-
-    Amplifications in contact share the uncertainty of the tuned reference; other quantities have 0.
-    """
-    return shared_uncertainty(file) if name == "amplification" else (0.0, 0.0)
 
 
 def ordered(files: list[ResultFile]) -> list[ResultFile]:

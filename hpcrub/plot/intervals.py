@@ -4,33 +4,19 @@ With few samples the order statistics do not bound a percentile (`statistics.per
 end is drawn as an arrow, never as the end of a bar.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval, widened
+from hpcrub.statistics.percentiles import Z_95, confidence
 
 LEVEL = f"{100 * confidence(Z_95):.0f} %"  # confidence level of all intervals drawn
 BARS = f"{LEVEL} confidence interval"
 ARROWS = "open end: too few samples"
 WORDS = BARS, ARROWS
 ARROW = 20  # length [points]
-Array = np.ndarray[Any, np.dtype[np.float64]]
-
-
-def interval(
-    values: Array, percentiles: Sequence[float], shared: ArrayLike = (0.0, 0.0)
-) -> tuple[Array, Array, Array]:
-    """Return percentiles (P,) of at least one value, and the ends of their intervals, NaN if open.
-
-    shared: uncertainty that all values have in common, see `widened`.
-    """
-    centre = np.percentile(values, percentiles)
-    ends = percentile_interval(values, percentiles, Z_95)
-    return centre, *widened(centre, *ends, np.asarray(shared))
 
 
 def draw(axes: Axes, x: ArrayLike, found: ArrayLike, colour: Any, sideways: bool = False) -> None:

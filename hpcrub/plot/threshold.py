@@ -4,9 +4,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.intervals import LEVEL, interval
+from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
 from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import with_interval
 from hpcrub.studies.threshold import answer
 
 LEAST = 1e-4  # probability at the foot of the figure
@@ -56,7 +57,7 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
         known = row[:count][np.isfinite(row[:count])]
         if not len(known):
             continue
-        percentiles, low, high = interval(known, at)
+        percentiles, low, high = with_interval(known, at)
         axes.plot(np.full(len(at), value), percentiles, "-o", ms=4, lw=1.0, color=BLUE)
         axes.vlines(np.full(len(at), value), low, high, color=BLUE, alpha=0.4, lw=5)
     axes.plot([], [], "-o", ms=4, color=BLUE, label="percentiles " + "/".join(f"{p:g}" for p in at))

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import betaincinv, ndtr
 
 MIN_VALUES = 10  # least percentile values to judge convergence by: two may agree by chance
@@ -53,9 +54,8 @@ def interval_in_words(*ends: float, form: str = ".3f") -> str:
 
 
 class RunningPercentiles(NamedTuple):
-    """Percentiles of the first samples_seen samples, with their intervals and errors."""
+    """Percentiles of the first step, 2 step, ... samples, with their intervals and errors."""
 
-    samples_seen: np.ndarray  # (K,) int64
     percentile: np.ndarray  # (P, K)
     percentile_low: np.ndarray  # (P, K), confidence interval; NaN: too few samples for an end
     percentile_high: np.ndarray  # (P, K)
@@ -81,9 +81,7 @@ def running_percentiles(
     n = (~np.isnan(values)).cumsum()[step - 1 :: step]  # valid values so far (K,)
     rank = np.concatenate([(n - 1) * q, *_interval_ranks(n, q, z)])  # numpy's, then the ends
     percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
-    mean, error = _mean_and_error(percentile, z)
-    seen = step * np.arange(1, percentile.shape[1] + 1, dtype=np.int64)
-    return RunningPercentiles(seen, percentile, low, high, mean, error)
+    return RunningPercentiles(percentile, low, high, *_mean_and_error(percentile, z))
 
 
 def confidence(z: float) -> float:
@@ -99,6 +97,21 @@ def percentile_interval(
         return np.full(len(percentiles), np.nan), np.full(len(percentiles), np.nan)
     running = running_percentiles(values, percentiles, len(values), z)
     return running.percentile_low[:, -1], running.percentile_high[:, -1]
+
+
+def with_interval(
+    values: np.ndarray, percentiles: Sequence[float], shared: npt.ArrayLike = (0.0, 0.0)
+) -> np.ndarray:
+    """Percentiles (P,) of all `values`, and both ends of their 95 % intervals, (3, P).
+
+    shared: uncertainty that all values have in common, see `widened`. NaN: no values, or too few
+    for an end.
+    """
+    if not len(values):
+        return np.full((3, len(percentiles)), np.nan)
+    centre = np.percentile(values, percentiles)
+    ends = percentile_interval(values, percentiles, Z_95)
+    return np.array([centre, *widened(centre, *ends, np.asarray(shared))])
 
 
 def _interval_ranks(n, q, z):

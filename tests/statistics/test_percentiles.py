@@ -55,7 +55,6 @@ def test_against_direct_computation(step, kind):
         values[:25] = np.nan
     result = running_percentiles(values, PERCENTILES, step, 2.81)
     percentile, mean, error = direct(values, PERCENTILES, step, 2.81)
-    np.testing.assert_array_equal(result.samples_seen, step * np.arange(1, 303 // step + 1))
     np.testing.assert_array_equal(result.percentile, percentile)  # the same bits as numpy's
     np.testing.assert_allclose(result.mean_of_percentile, mean, rtol=1e-14)
     np.testing.assert_allclose(result.convergence_error, error, rtol=1e-10, atol=1e-15)

@@ -9,7 +9,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.statistics.percentiles import with_interval
 from hpcrub.studies.contact import layout
 
 ROWS = 1000  # samples read at once
@@ -90,15 +90,15 @@ def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
     return values[np.isfinite(values)]
 
 
-def shared_uncertainty(file: ResultFile) -> np.ndarray:
-    """Uncertainty of all amplifications by their reference, downwards and upwards (2,) [-].
+def shared_uncertainty(file: ResultFile, name: str = "amplification") -> np.ndarray:
+    """Uncertainty that the values of a dataset of `samples` share, downwards and upwards (2,) [-].
 
-    It is the 95 % interval of the median of the tuned runs: zero where the runs agree, NaN where
-    there are too few of them.
+    Amplifications have that of their reference, the 95 % interval of the median of the tuned runs:
+    zero where the runs agree, NaN where there are too few of them. Other values share nothing.
     """
     runs = file.read("tuned/run_peaks_m")
-    if len(runs) == 1 or np.ptp(runs) < 1e-3 * runs.min():
+    if name != "amplification" or len(runs) == 1 or np.ptp(runs) < 1e-3 * runs.min():
         return np.zeros(2)
-    low, high = np.ravel(percentile_interval(runs, [50.0], Z_95))
+    _, low, high = np.ravel(with_interval(runs, [50.0]))
     reference = file.read("tuned/reference_amplitude_m")
     return np.array([1.0 - reference / high, reference / low - 1.0])
