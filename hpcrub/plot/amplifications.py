@@ -17,7 +17,7 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, lost_disks, reference
+from hpcrub.plot.families import finished, labels, reference
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence, with_interval
@@ -86,12 +86,10 @@ def percentiles(canvas: Canvas, files: list[ResultFile]) -> None:
 
     Of many files, or of one level only, all lie in one panel, a row each, at the widest level.
     """
-    canvas.note(*lost_disks(files))
     if len(files) > MOST_PANELS or all(len(f.read("sigma")) == 1 for f in files):
         _draw_rows(canvas, files)
         return
-    columns = min(2, len(files))
-    axes = canvas.grid(len(files), columns, (6, 4.2), AMPLIFICATION, sharey=True)
+    axes = canvas.grid(len(files), 2, (6, 4.2), AMPLIFICATION, sharey=True)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
         draw_kinds(panel, file, 100 * file.read("sigma"))
         panel.set(xlabel=SIGMA, title=f"{label}, {samples([file])}")
@@ -161,7 +159,6 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
 
     The levels stand side by side.
     """
-    canvas.note(*lost_disks(files))
     quantity, names = _places(files)
     wide = max(len(line) for name in names for line in name.splitlines()) / ENTRY
     axes = canvas.panels(1, 1, (max(8.0, max(1.3, 0.4 + wide) * len(files)), 5.6))[0, 0]
@@ -207,8 +204,7 @@ def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
 def linear(canvas: Canvas, file: ResultFile) -> None:
     """Percentiles of the linear amplification against σ, a panel for every load."""
     diameters, sigma = file.read("n_diameters"), 100 * file.read("sigma")
-    columns = min(3, len(diameters))
-    axes = canvas.grid(len(diameters), columns, (4, 3.3), AMPLIFICATION, sharex=True, sharey=True)
+    axes = canvas.grid(len(diameters), 3, (4, 3.3), AMPLIFICATION, sharex=True, sharey=True)
     for d, panel in enumerate(axes):
         by_level = file.read("amplification", (slice(None), d))
         values = [level[np.isfinite(level)] for level in by_level]
@@ -219,7 +215,7 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
             draw_limit(panel, file, diameters[d])
         panel.set_title(f"$n_d$ = {diameters[d]}")
     canvas.title(f"Linear amplification, {_in_words(values)} per level")
-    for panel in axes[-columns:]:
+    for panel in axes[-3:]:
         panel.set_xlabel(SIGMA)
 
 
@@ -265,7 +261,6 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
     size = (max(6.0, 4.0 * len(shown)), 2.9 * len(files) + 1.0)
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
-    canvas.note(*lost_disks(files))
     for file, row, label in zip(files, axes, labels(files), strict=True):
         at = list(file.config.convergence.percentiles)
         values = scale * file.read(layout.AMPLIFICATION.dataset(name))

@@ -22,16 +22,17 @@ MIN_VALUES = 10  # least percentile values to judge convergence by: two may agre
 Z_95 = 1.96  # normal quantile of 95 % confidence
 
 
-def probability_interval(count: int, n: int, z: float) -> tuple[float, float]:
+def probability_interval(count: npt.ArrayLike, n: npt.ArrayLike, z: float) -> np.ndarray:
     """Confidence interval of the probability of an event that had `count` of n independent trials.
 
     It contains the true probability with the confidence 2 Phi(z) - 1 or more, by the binomial
-    distribution. Source: Clopper, Pearson, Biometrika 26 (1934).
+    distribution. count, n: of any shape. Returns both ends (2, ...); 0 and 1 without a trial.
+    Source: Clopper, Pearson, Biometrika 26 (1934).
     """
-    tail = float(ndtr(-z))
-    low = float(betaincinv(count, n - count + 1, tail)) if count > 0 else 0.0
-    high = float(betaincinv(count + 1, n - count, 1.0 - tail)) if count < n else 1.0
-    return low, high
+    count, n, tail = np.asarray(count), np.asarray(n), ndtr(-z)
+    low = np.where(count > 0, betaincinv(count, n - count + 1, tail), 0.0)
+    high = np.where(count < n, betaincinv(count + 1, n - count, 1.0 - tail), 1.0)
+    return np.array([low, high])
 
 
 def widened(

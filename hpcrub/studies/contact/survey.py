@@ -30,6 +30,11 @@ class Survey(NamedTuple):
     reasons: np.ndarray  # number of points with each reason
     sweeps: int  # most sweeps of the solver
 
+    @property
+    def n_peaks(self) -> int:
+        """Number of peaks, at least 1."""
+        return max(1, int(self.peaks.sum()))
+
 
 def survey(file: ResultFile) -> Survey:
     """Count the points and peaks of a file, reading ROWS samples at a time."""

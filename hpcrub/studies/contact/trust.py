@@ -35,7 +35,7 @@ def short(file: ResultFile) -> list[str]:
 
 
 def _findings(file, counts):
-    config, n_peaks = file.config, max(1, int(counts.peaks.sum()))
+    config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY])
     yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
     lost = sum(n_failed(file, level) for level in config.levels)
     n, missing = n_counted(file), "are missing in all percentiles"
@@ -45,7 +45,7 @@ def _findings(file, counts):
     yield from verdict.without_result(lost, n * len(config.levels), missing)
     yield from _worn_through(file)
     yield from verdict.kinematics(config, counts.largest)
-    yield from verdict.unsettled(config, int(counts.peaks[NOT_STEADY]), n_peaks, "peaks")
+    yield from verdict.unsettled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from verdict.not_resolved(file.warnings)
     yield from _half_step(file)
@@ -69,7 +69,7 @@ def _worn_through(file):
 
 def _speeds(file, counts):
     """Peaks at an end of the speeds, and peaks that the steps between speeds may miss."""
-    n, speeds = max(1, int(counts.peaks.sum())), file.config.speeds
+    n, speeds = counts.n_peaks, file.config.speeds
     yield from verdict.at_the_ends(file.config, counts.lowest, counts.highest, n, most=FEW)
     ends = speeds.values_hz[[0, -1]]  # the last may lie below to_hz
     if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in ends:
@@ -121,12 +121,12 @@ def half_step_moves(file: ResultFile) -> np.ndarray:
 
 def _errors(file, counts):
     """Standard errors of peaks that are means; they hold for the same motion continued."""
-    error, n = 2.0 * counts.error, max(1, int(counts.peaks.sum()))
+    error, share = 2.0 * counts.error, counts.peaks[AVERAGED] / counts.n_peaks
     if np.isfinite(error):
         yield Finding(
             SINGLE if error > FEW else REMARK,
             f"peaks known to ±{percent(error)} %",
-            f"{100 * counts.peaks[AVERAGED] / n:.0f} % of the peaks are means, known to "
+            f"{100 * share:.0f} % of the peaks are means, known to "
             f"±{percent(error)} % (two standard errors of the same motion continued): "
             f"steady_state.max_error below {file.config.steady_state.max_error:g}",
         )
