@@ -44,9 +44,11 @@ def widened(
     which all values may be lower and higher (2,); NaN counts as zero. Returns the new ends.
     """
     below, above = np.nan_to_num(shared)
-    return centre - np.hypot(centre - low, below * centre), centre + np.hypot(
-        high - centre, above * centre
-    )
+    # of few values an end may lie on the other side of an interpolated percentile
+    to_low, to_high = np.abs(centre - low), np.abs(high - centre)
+    further_low = np.hypot(to_low, below * centre) - to_low
+    further_high = np.hypot(to_high, above * centre) - to_high
+    return low - further_low, high + further_high
 
 
 def interval_in_words(*ends: float, form: str = ".3f") -> str:
