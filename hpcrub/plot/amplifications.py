@@ -114,8 +114,8 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
         row = files.index(best)
         names[row] = names[row].replace("(", "(lines; ")
         for name, look in KINDS:
-            values = finished(best, name)[-1]
-            for value in np.percentile(values, best.config.convergence.percentiles):
+            at = best.config.convergence.percentiles
+            for value in with_interval(finished(best, name)[-1], at)[0]:
                 axes.axvline(value, color=look.colour, lw=0.8, alpha=0.6, zorder=0)
     draw_rows(axes, files, names)
     level = 100 * best.read("half_range")[-1]

@@ -39,8 +39,8 @@ def lost_disks(files: list[ResultFile]) -> list[str]:
 
 def ordered(files: list[ResultFile]) -> list[ResultFile]:
     """Sort files by their number of bumps, then by the values of the keys in which they differ."""
-    rows = _flat(files)
-    keys = ["casing.n_bumps", *_differing(rows)]
+    rows, differing = _flat(files)
+    keys = ["casing.n_bumps", *differing]
     order = sorted(range(len(files)), key=lambda i: [_rank(rows[i][key]) for key in keys])
     return [files[i] for i in order]
 
@@ -51,8 +51,7 @@ def reference(files: list[ResultFile]) -> ResultFile:
     The finest time step, reduced model or mesh is nearest to the truth. If no file has the default
     values of all keys in which the files differ, the file with the most default values is taken.
     """
-    rows = _flat(files)
-    keys = _differing(rows)
+    rows, keys = _flat(files)
     for key, finest in FINEST.items():
         if keys == [key]:
             return files[rows.index(finest(rows, key=lambda row: row[key]))]
@@ -62,8 +61,7 @@ def reference(files: list[ResultFile]) -> ResultFile:
 
 def labels(files: list[ResultFile]) -> list[str]:
     """Return a label for each file, such as "clearance 0.20 mm, bump height 1.25 mm"."""
-    rows = _flat(files)
-    keys = _differing(rows)
+    rows, keys = _flat(files)
     if "casing.n_bumps" in keys:
         return [f"$n_d$ = {row['casing.n_bumps']}" for row in rows]
     known = {*PROFILE, *(key for key in keys if any(is_table(row[key]) for row in rows))}
@@ -82,10 +80,11 @@ def labels(files: list[ResultFile]) -> list[str]:
     return texts
 
 
-def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
-    """Return keys and values of every file, None for keys of a coating that a file does not have.
+def _flat(files: list[ResultFile]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return keys and values of every file, and the keys in which files differ.
 
-    Where `time.step_s` differs, its value is the step that was used, or None where the contact laws
+    A file without a coating has None for keys of a coating, which is no difference. Where
+    `time.step_s` differs, its value is the step that was used, or None where the contact laws
     differ, too, because their default steps do.
     """
     rows = [flatten(file.config.model_dump(mode="json")) for file in files]
@@ -95,16 +94,12 @@ def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
             row["time.step_s"] = None if n_laws > 1 else float(file.attributes["time_step_s"])
         if not file.config.contact.wears:
             row |= dict.fromkeys(key for key in row if key.startswith(COATING))
-    return rows
-
-
-def _differing(rows: list[dict[str, Any]]) -> list[str]:
     keys = []
     for key in rows[0]:
         values = [row[key] for row in rows if row[key] is not None or not key.startswith(COATING)]
         if key not in ("output", "sources") and any(value != values[0] for value in values):
             keys.append(key)
-    return keys
+    return rows, keys
 
 
 def _rank(value: Any) -> tuple[bool, Any, str]:

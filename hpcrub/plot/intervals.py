@@ -26,9 +26,9 @@ def draw(axes: Axes, x: ArrayLike, found: ArrayLike, colour: Any, sideways: bool
     """
     x, (centre, low, high) = np.atleast_1d(x), np.asarray(found)
     known = np.isfinite(centre)
-    ends = [np.where(np.isfinite(end), end, centre) for end in (low, high)]
     at, axis = ((centre, x), "xerr") if sideways else ((x, centre), "yerr")
-    look: dict[str, Any] = {axis: [np.abs(end - centre) for end in ends], "ecolor": colour}
+    lengths = np.maximum(np.nan_to_num([centre - low, high - centre]), 0.0)
+    look: dict[str, Any] = {axis: lengths, "ecolor": colour}
     axes.errorbar(at[0], at[1], fmt="none", elinewidth=1.2, capsize=3, **look)
     bar, arrow = ("_", r"$\rightarrow$") if sideways else ("|", r"$\uparrow$")
     axes.plot([], [], color="0.4", ls="", marker=bar, ms=14, mew=1.2, label=BARS)

@@ -179,9 +179,13 @@ class Halving(Job):
         return disks
 
     def _pieces(self, task, poll):
-        return (self._linear if isinstance(task.disks, range) else self._in_contact)(task, poll)
-
-    def _linear(self, task, poll):
+        if not isinstance(task.disks, range):
+            where, modes = (task.pattern, task.disks), self._modes(task.word, task.disks)
+            speeds = self.config.speeds.values_hz
+            result = run_sweep(modes, self.prepared.scene, speeds, poll)
+            yield "contact_amplitude_m", where, peak(result, speeds)[0]
+            yield "contact_status", where, DONE
+            return
         results = np.empty((2, len(task.disks)))
         for i, sample in enumerate(task.disks):
             modes = self._modes(task.word, sample)
@@ -193,12 +197,6 @@ class Halving(Job):
         yield "amplification", where, results[0]
         yield "least_damping_ratio", where, results[1]
         yield "status", where, DONE
-
-    def _in_contact(self, task, poll):
-        modes, speeds = self._modes(task.word, task.disks), self.config.speeds.values_hz
-        result = run_sweep(modes, self.prepared.scene, speeds, poll)
-        yield "contact_amplitude_m", (task.pattern, task.disks), peak(result, speeds)[0]
-        yield "contact_status", (task.pattern, task.disks), DONE
 
     def _modes(self, word, sample):
         """Modes of a disk whose blades deviate by their types, and at random."""

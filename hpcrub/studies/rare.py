@@ -115,18 +115,24 @@ class Sampling(Job):
 
     def _pieces(self, sample, poll):
         """Take a first look at a disk, and compute it in full where the draw says so."""
-        step, inclusion = self.round, 1.0
+        step, inclusion, speeds = self.round, 1.0, self.config.speeds.values_hz
         modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
         if sample < PILOT:
-            speeds = range(self.config.speeds.n_values)
-            yield "pilot_look", sample, self._early(modes, speeds, poll)
+            yield "pilot_look", sample, self._early(modes, range(len(speeds)), poll)
         elif step.speeds:
             look = np.fmax.reduce(self._early(modes, step.speeds, poll), keepdims=True)
             inclusion = step.rule.inclusion(look)[0]
             yield "look", sample, look[0]
         computed = drawn(self.config, sample) < inclusion
         if computed:
-            yield from self._in_full(modes, sample, poll)
+            result = run_sweep(modes, self.prepared.scene, speeds, poll)
+            size, at = peak(result, speeds)
+            if sample < PILOT:
+                yield "pilot_peak_hz", sample, at
+            yield "peak_amplitude_m", sample, size
+            yield "peak_stress_pa", sample, peak_stress(result)
+            yield "peak_status", sample, result.point_status[speeds == at].max(initial=0)
+            yield "time_s", sample, result.time.sum()
         yield "inclusion", sample, inclusion
         yield "computed", sample, int(computed)
         yield "status", sample, DONE
@@ -137,17 +143,6 @@ class Sampling(Job):
         scene = scene._replace(steady=scene.steady._replace(first_check=end, max_time=end))
         result = run_sweep(modes, scene, config.speeds.values_hz, poll, selection=speeds)
         return severity(config, amplitudes(result), result.stress)
-
-    def _in_full(self, modes, sample, poll):
-        speeds = self.config.speeds.values_hz
-        result = run_sweep(modes, self.prepared.scene, speeds, poll)
-        size, at = peak(result, speeds)
-        if sample < PILOT:
-            yield "pilot_peak_hz", sample, at
-        yield "peak_amplitude_m", sample, size
-        yield "peak_stress_pa", sample, peak_stress(result)
-        yield "peak_status", sample, result.point_status[speeds == at].max(initial=0)
-        yield "time_s", sample, result.time.sum()
 
 
 class Rare(Study):

@@ -149,6 +149,8 @@ def test_disks_that_flutter_in_air_have_no_linear_amplification(random, n_left):
     axes, x = plot.percentiles(file), 100 * file.read("sigma")
     if n_left:
         assert_percentiles(axes, x + BESIDE * x.max(), linear[:, -n_left:], (0.0, 1.0))
+    rows = plot.percentiles([file, contact_file(random, TINY.replace("[2, 4]", "[4]"), (1, N))] * 4)
+    assert rows.get_title() == "Amplifications at ±4 %"
     panels = plot.contact_over_linear(file)
     assert all(f", {n_left} samples" in panel.get_title() for panel in panels)
 

@@ -9,7 +9,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import with_interval
+from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies.contact import layout
 
 ROWS = 1000  # samples read at once
@@ -104,6 +104,6 @@ def shared_uncertainty(file: ResultFile, name: str = "amplification") -> np.ndar
     runs = file.read("tuned/run_peaks_m")
     if name != "amplification" or len(runs) == 1 or np.ptp(runs) < 1e-3 * runs.min():
         return np.zeros(2)
-    _, low, high = np.ravel(with_interval(runs, [50.0]))
+    low, high = np.ravel(percentile_interval(runs, [50.0], Z_95))
     reference = file.read("tuned/reference_amplitude_m")
     return np.array([1.0 - reference / high, reference / low - 1.0])
