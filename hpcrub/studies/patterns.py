@@ -82,12 +82,12 @@ class Rounds:
         n_patterns = len(self.words)
         self.percentile, self.worse_by = np.full((2, n_patterns), np.nan)
         self.n_disks = np.zeros(n_patterns, dtype=int)
-        self.left, n = np.arange(1, n_patterns), min(FIRST, self.most)
+        n = min(FIRST, self.most)
         # patterns whose first n disks the next round needs, and n; None: all rounds are over. If
         # these disks are all done, a search has to name the patterns `unknown` first
         self.missing: tuple[np.ndarray, int] | None = None
         self.unknown = np.flatnonzero(self.words[:, 0] == UNKNOWN)
-        self.left = self.left[: n_patterns - 1 - len(self.unknown)]
+        self.left = np.arange(1, n_patterns - len(self.unknown))
         while True:
             here = np.append(0, self.left)
             if (self.status[here, :n] == PENDING).any():
