@@ -20,12 +20,15 @@ from hpcrub.commands.plot import main as draw_figures
 from hpcrub.config import schema as config
 from hpcrub.config import yaml_text
 from hpcrub.contact import status
+from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
-from hpcrub.results.layout import FAILED
+from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import energy, open_result
+from hpcrub.studies.contact.study import require_complete
+from tests.plot.stored import File
 from tests.program import TINY, error_lines, run_here, whole
 
 
@@ -44,6 +47,15 @@ def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
     problem = energy.Chosen(build_problem(cfg), np.zeros((1, 12)))
     list(energy.STUDY.compute(cfg, problem, 0, lambda: None))
     assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
+
+
+def test_a_source_may_have_keys_of_other_studies():
+    """The same input as of a checklist or a search: it was refused."""
+    text = "checklist: {disks: 4}\npatterns: {kept: 3}\nthreshold: {probability: 0.1}\n"
+    source = File(TINY + text, samples__status=np.full((2, 2), DONE))
+    require_complete(source, config.Config.from_yaml(TINY))
+    with pytest.raises(InputError, match="casing.n_bumps: 4 in the file, 5 asked for"):
+        require_complete(source, config.Config.from_yaml(TINY + "casing: {n_bumps: 5}\n"))
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.config import study_keys
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
 from hpcrub.results.layout import DONE, PENDING
@@ -23,9 +24,10 @@ from hpcrub.studies.contact.survey import n_counted
 
 # keys and sections in which a study may differ from the contact study that it starts from
 APART = (
-    *("study", "sources", "mistuning.", "convergence.", "limits.", "part."),
-    *("linear.", "history.", "spectrum.", "energy.", "branches."),
-)
+    *("study", "sources", "mistuning.", "convergence.", "limits."),
+    *(f"{name}." for name, field in Config.model_fields.items()
+      if getattr(field.annotation, "__module__", "") == study_keys.__name__),
+)  # fmt: skip
 
 
 class Contact(Study):

@@ -11,9 +11,10 @@ from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.verdict import FEW, REMARK, SINGLE, USELESS, Finding
-from hpcrub.studies.contact.limits import cut_through, percent
+from hpcrub.studies.contact.limits import REACHED, depth_of_all, percent
 from hpcrub.studies.contact.survey import (
     Survey,
+    finished,
     n_counted,
     n_failed,
     shared_uncertainty,
@@ -56,7 +57,12 @@ def _findings(file, counts):
 
 def _worn_through(file):
     """Disks that cut through the coating and reach the casing behind it."""
-    through, n_disks = cut_through(file)
+    if "tuned/run_deepest_m" not in file:
+        return
+    samples = (finished(file, level, "deepest_m") for level in file.config.levels)
+    depth = np.concatenate([file.read("tuned/run_deepest_m"), *samples])
+    n_disks = int(np.count_nonzero(np.isfinite(depth)))
+    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config)))
     if through:
         yield Finding(
             USELESS if through > FEW * n_disks else SINGLE,
