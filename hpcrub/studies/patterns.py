@@ -146,10 +146,10 @@ class Halving(Job):
         for name in ("n_disks", "percentile", "worse_by"):
             self.file.write({name: getattr(rounds, name)}, ())
         while rounds.missing:
-            here, n = rounds.missing
+            (here, n), words = rounds.missing, [tuple(word) for word in rounds.words.tolist()]
             blocks = [
-                Task(int(p), disks, tuple(rounds.words[p].tolist()))
-                for p in here
+                Task(p, disks, words[p])
+                for p in here.tolist()
                 for first in range(0, n, BLOCK)
                 for disks in [range(first, min(first + BLOCK, n))]
                 if (rounds.status[p, disks] == PENDING).any()
@@ -157,24 +157,19 @@ class Halving(Job):
             if blocks:
                 self.planned += len(blocks)
                 return blocks
-            self._search(rounds)
+            # patterns that are not known yet: neighbours of the best after the first round
+            ranked = [words[p] for p in rounds.left]
+            n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
+            new = neighbours(ranked, n_types, len(rounds.unknown), seed)
+            self.file.write({"types": np.array(new)}, slice(rounds.unknown[0], None))
             rounds = Rounds(self.file)
         return []
-
-    def _search(self, rounds):
-        """Name the patterns that are not known yet: neighbours of the best after one round."""
-        ranked = [tuple(rounds.words[p].tolist()) for p in rounds.left]
-        n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
-        words = neighbours(ranked, n_types, len(rounds.unknown), seed)
-        self.file.write({"types": np.array(words)}, slice(rounds.unknown[0], None))
 
     def _contact(self):
         """Tasks of the pending disks in contact (rank 0)."""
         rounds = Rounds(self.file)
-        disks = [
-            Task(int(p), int(sample), tuple(rounds.words[p].tolist()))
-            for p, sample in rounds.missing_in_contact()
-        ]
+        pending = rounds.missing_in_contact().tolist()
+        disks = [Task(p, sample, tuple(rounds.words[p].tolist())) for p, sample in pending]
         self.planned += len(disks)
         return disks
 
