@@ -205,9 +205,10 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
                 pyplot.draw_if_interactive()
             with _opened(file) as files, rc_context(STYLE if canvas.own else {}):
                 _check(draw.__name__, about, files)
+                shown = ordered(files)
                 if about.needs == "random":
-                    canvas.note(*lost_disks(ordered(files)))
-                result = draw(canvas, ordered(files) if about.several else files[0], **options)
+                    canvas.note(*lost_disks(shown))
+                result = draw(canvas, shown if about.several else shown[0], **options)
                 canvas.finish(files)
             if result is None:
                 result = canvas.axes[0] if len(canvas.axes) == 1 else np.array(canvas.axes)
