@@ -62,9 +62,7 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
     at = file.config.convergence.percentiles
     for value, row, disks in zip(file.read("value"), peaks, n, strict=True):
         known = row[:disks][np.isfinite(row[:disks])]
-        if not len(known):
-            continue
-        percentiles, low, high = with_interval(known, at)
+        percentiles, low, high = with_interval(known, at)  # NaN, not drawn, of no disk
         axes.plot(np.full(len(at), value), percentiles, "-o", ms=4, lw=1.0, color=BLUE)
         axes.vlines(np.full(len(at), value), low, high, color=BLUE, alpha=0.4, lw=5)
     axes.plot([], [], "-o", ms=4, color=BLUE, label="percentiles " + "/".join(f"{p:g}" for p in at))

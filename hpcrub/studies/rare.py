@@ -79,7 +79,7 @@ class Sampling(Job):
                 looked_at = np.flatnonzero(self.file.read("look_speeds")) if before else ()
                 speeds, rule = tuple(map(int, looked_at)), Rule()
                 if speeds:
-                    rule, needed, *_ = _plan(self.file, before, speeds, goal)
+                    rule, needed, *_ = _plan(self.file, before, speeds)
                 elif before:
                     chance = above[:before].mean()
                     needed = n_needed(goal, chance, chance, 1.0)
@@ -90,16 +90,16 @@ class Sampling(Job):
             counts = count(above[:n], inclusion[:n])
             if not estimated[place]:
                 if not before:
-                    self._choose_look(goal)
+                    self._choose_look()
                 self.file.write(dict(zip(ESTIMATE, estimate(counts), strict=True)), place)
             if goal.is_met(counts):
                 return None
             before = n
         return None
 
-    def _choose_look(self, goal):
+    def _choose_look(self):
         """Write the first look that is expected to save most, and the pilot's looks (rank 0)."""
-        tried = {speeds: _plan(self.file, PILOT, speeds, goal) for speeds in candidates(self.file)}
+        tried = {speeds: _plan(self.file, PILOT, speeds) for speeds in candidates(self.file)}
         speeds, best = min(tried.items(), key=lambda item: item[1].saving)
         looks = _looks(self.file, speeds)
         if best.rule == Rule():
@@ -334,14 +334,14 @@ def _looks(file, speeds):
     return np.fmax.reduce(file.read("pilot_look")[:, list(speeds)], axis=1)
 
 
-def _plan(file: ResultFile, n: int, speeds: tuple[int, ...], goal: Goal) -> Plan:
+def _plan(file: ResultFile, n: int, speeds: tuple[int, ...]) -> Plan:
     """Plan by the first n disks, of which the pilot's have first looks at these speeds."""
     pilot, look = _looks(file, speeds), file.read("look")[:n]
     look[: len(pilot)] = pilot
     inclusion = file.read("inclusion")[:n]
     severity = severities(file)[:n]
     lost = in_full(file)[:n] & np.isnan(severity)
-    return plan(look, severity, lost, inclusion, costs(file, speeds), goal)
+    return plan(look, severity, lost, inclusion, costs(file, speeds), goal_of(file.config))
 
 
 def _supposed(config):

@@ -105,19 +105,14 @@ class Contact(Study):
             yield f"{text}, no sample has a result"
             return
         at = file.config.convergence.percentiles if np.count_nonzero(done) > 1 else (50.0,)
-        peaks, amplifications = (
-            " / ".join(form.format(value) for value in np.percentile(values[done], at))
-            for form, values in (
-                ("{:.2f}", 1e3 * file.read("samples/peak_amplitude_m", where)),
-                ("{:.3f}", file.read("samples/amplification", where)),
-            )
-        )
-        text += f", mistuned {peaks} mm"
+        peaks = np.percentile(1e3 * file.read("samples/peak_amplitude_m", where)[done], at)
+        text += f", mistuned {' / '.join(f'{peak:.2f}' for peak in peaks)} mm"
         if len(at) > 1:
             text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
         lines = read_trust(file)
         if is_usable(lines):
-            text += f", A_nl {amplifications}"
+            ratios = np.percentile(file.read("samples/amplification", where)[done], at)
+            text += f", A_nl {' / '.join(f'{ratio:.3f}' for ratio in ratios)}"
         yield f"{text}; {lines[0]}" if lines else text
 
 
