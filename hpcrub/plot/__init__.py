@@ -26,16 +26,13 @@ from hpcrub.plot.amplifications import (
     running_means,
 )
 from hpcrub.plot.canvas import Drawing
-from hpcrub.plot.checklist import checklist
 from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
 from hpcrub.plot.histories import rubbing, time_response
 from hpcrub.plot.maps import branches, interaction_map
-from hpcrub.plot.patterns import patterns
-from hpcrub.plot.rare import rare
 from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.samples import contact_over_linear, energy
+from hpcrub.plot.searches import checklist, patterns, rare, threshold
 from hpcrub.plot.solids import model
-from hpcrub.plot.threshold import threshold
 from hpcrub.plot.waves import casing_motion, casing_waves
 from hpcrub.plot.wear import wear
 

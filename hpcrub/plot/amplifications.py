@@ -17,11 +17,12 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, lost_disks, reference, uncertainty
+from hpcrub.plot.families import finished, labels, reference
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import MIN_VALUES, confidence
+from hpcrub.statistics.percentiles import MIN_VALUES, confidence, with_interval
 from hpcrub.studies.contact import layout, measured
+from hpcrub.studies.contact.survey import shared_uncertainty
 
 MOST_PANELS = 6  # files that get a panel each; more files are rows of one panel
 BESIDE = 0.012  # sideways shift of curves, part of the range of levels: intervals stay visible
@@ -51,7 +52,7 @@ def draw_curves(
     from_one: begin the curves at the tuned disk, whose amplification is 1.
     """
     known = [v for v in range(len(x)) if len(values[v])]
-    by_level = [intervals.interval(values[v], at, shared) for v in known]
+    by_level = [with_interval(values[v], at, shared) for v in known]
     x = x[known] + place * BESIDE * (np.max(x) - (0.0 if from_one else np.min(x)))
     zero, one = ([0.0], [1.0]) if from_one else ([], [])
     for p, curve in enumerate(np.reshape(by_level, (-1, 3, len(at))).T):
@@ -74,7 +75,7 @@ def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> N
     at = file.config.convergence.percentiles
     _explain(axes, [CONTACT, LINEAR], at)
     for (name, look), place in zip(KINDS, (-1, 1), strict=True):
-        shared = uncertainty(file, name)
+        shared = shared_uncertainty(file, name)
         draw_curves(axes, x, finished(file, name), at, look, shared, place, from_one)
 
 
@@ -85,12 +86,10 @@ def percentiles(canvas: Canvas, files: list[ResultFile]) -> None:
 
     Of many files, or of one level only, all lie in one panel, a row each, at the widest level.
     """
-    canvas.note(*lost_disks(files))
     if len(files) > MOST_PANELS or all(len(f.read("sigma")) == 1 for f in files):
         _draw_rows(canvas, files)
         return
-    columns = min(2, len(files))
-    axes = canvas.grid(len(files), columns, (6, 4.2), AMPLIFICATION, sharey=True)
+    axes = canvas.grid(len(files), 2, (6, 4.2), AMPLIFICATION, sharey=True)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
         draw_kinds(panel, file, 100 * file.read("sigma"))
         panel.set(xlabel=SIGMA, title=f"{label}, {samples([file])}")
@@ -115,8 +114,8 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
         row = files.index(best)
         names[row] = names[row].replace("(", "(lines; ")
         for name, look in KINDS:
-            values = finished(best, name)[-1]
-            for value in np.percentile(values, best.config.convergence.percentiles):
+            at = best.config.convergence.percentiles
+            for value in with_interval(finished(best, name)[-1], at)[0]:
                 axes.axvline(value, color=look.colour, lw=0.8, alpha=0.6, zorder=0)
     draw_rows(axes, files, names)
     level = 100 * best.read("half_range")[-1]
@@ -133,7 +132,7 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
             values, height = finished(file, name)[-1], row + beside + among
             if not len(values):
                 continue
-            interval = intervals.interval(values, at, uncertainty(file, name))
+            interval = with_interval(values, at, shared_uncertainty(file, name))
             for p, value in enumerate(interval[0]):
                 axes.plot(value, height[p], marker(p), color=look.colour, ms=7)
             intervals.draw(axes, height, interval, look.colour, sideways=True)
@@ -160,7 +159,6 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
 
     The levels stand side by side.
     """
-    canvas.note(*lost_disks(files))
     quantity, names = _places(files)
     wide = max(len(line) for name in names for line in name.splitlines()) / ENTRY
     axes = canvas.panels(1, 1, (max(8.0, max(1.3, 0.4 + wide) * len(files)), 5.6))[0, 0]
@@ -180,7 +178,7 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
             if not len(values):
                 continue
             level, label = sigmas.index(sigma), f"percentile 99, σ = {100 * sigma:.1f} %"
-            place, interval = i + 0.06 * (level + 1), intervals.interval(1e3 * values, [99])
+            place, interval = i + 0.06 * (level + 1), with_interval(1e3 * values, [99])
             look: dict[str, Any] = {"color": colours[level], "label": label}
             axes.plot(place, interval[0], marker(level), ms=7, **look)
             intervals.draw(axes, place, interval, colours[level])
@@ -206,8 +204,7 @@ def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
 def linear(canvas: Canvas, file: ResultFile) -> None:
     """Percentiles of the linear amplification against σ, a panel for every load."""
     diameters, sigma = file.read("n_diameters"), 100 * file.read("sigma")
-    columns = min(3, len(diameters))
-    axes = canvas.grid(len(diameters), columns, (4, 3.3), AMPLIFICATION, sharex=True, sharey=True)
+    axes = canvas.grid(len(diameters), 3, (4, 3.3), AMPLIFICATION, sharex=True, sharey=True)
     for d, panel in enumerate(axes):
         by_level = file.read("amplification", (slice(None), d))
         values = [level[np.isfinite(level)] for level in by_level]
@@ -218,7 +215,7 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
             draw_limit(panel, file, diameters[d])
         panel.set_title(f"$n_d$ = {diameters[d]}")
     canvas.title(f"Linear amplification, {_in_words(values)} per level")
-    for panel in axes[-columns:]:
+    for panel in axes[-3:]:
         panel.set_xlabel(SIGMA)
 
 
@@ -264,7 +261,6 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
     size = (max(6.0, 4.0 * len(shown)), 2.9 * len(files) + 1.0)
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
-    canvas.note(*lost_disks(files))
     for file, row, label in zip(files, axes, labels(files), strict=True):
         at = list(file.config.convergence.percentiles)
         values = scale * file.read(layout.AMPLIFICATION.dataset(name))

@@ -20,7 +20,7 @@ from matplotlib.legend import Legend
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
-from hpcrub.plot.families import ordered
+from hpcrub.plot.families import lost_disks, ordered
 from hpcrub.plot.intervals import WORDS
 from hpcrub.plot.style import STYLE
 from hpcrub.results.layout import DONE
@@ -109,13 +109,15 @@ class Canvas:
         return np.array([*self.axes, *rest]).reshape(rows, columns)
 
     def grid(
-        self, n: int, columns: int, size: tuple[float, float], ylabel: str = "", **how: Any
+        self, n: int, most: int, size: tuple[float, float], ylabel: str = "", **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
-        """Return n panels in a number of columns, row by row.
+        """Return n panels, row by row.
 
-        size: width and height of a panel [inch], without the room below all; ylabel: label of the
-        panels on the left; how: options of `panels`.
+        most: columns, if there are so many panels; size: width and height of a panel [inch],
+        without the room below all; ylabel: label of the panels on the left; how: options of
+        `panels`.
         """
+        columns = min(most, n)
         rows = -(-n // columns)
         panels = self.panels(
             rows, columns, (size[0] * columns, size[1] * rows + 0.6), **how
@@ -203,7 +205,10 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
                 pyplot.draw_if_interactive()
             with _opened(file) as files, rc_context(STYLE if canvas.own else {}):
                 _check(draw.__name__, about, files)
-                result = draw(canvas, ordered(files) if about.several else files[0], **options)
+                shown = ordered(files)
+                if about.needs == "random":
+                    canvas.note(*lost_disks(shown))
+                result = draw(canvas, shown if about.several else shown[0], **options)
                 canvas.finish(files)
             if result is None:
                 result = canvas.axes[0] if len(canvas.axes) == 1 else np.array(canvas.axes)

@@ -180,9 +180,17 @@ def mode_shapes(canvas: Canvas, file: ResultFile, mode: int | None = None) -> No
     is_solid = file.config.disk.model is not None
     how: dict[str, Any] = {"subplot_kw": solids.THREE} if is_solid else {}
     height = 0.8 * size if is_solid else size + 0.3
-    axes = canvas.grid(len(chosen), min(len(chosen), 4), (size, height), **how)
+    axes = canvas.grid(len(chosen), 4, (size, height), **how)
     for panel, k in zip(axes, chosen, strict=True):
-        _draw_shape(panel, file, k)
+        shape = file.read("shapes", k)
+        panel.set_axis_off()
+        if is_solid:
+            solids.draw(panel, solids.Solid.of_result(file), shape)
+        else:
+            _draw_disk(panel, file, colour="0.8", width=1.0)
+            _draw_disk(panel, file, solids.DEFORMED * file.config.disk.tip_radius * shape)
+            reach = 1.2e3 * file.config.disk.tip_radius
+            panel.set(xlim=(-reach, reach), ylim=(-reach, reach))
         panel.set_title(
             f"{diameters[k]} nodal diameters\nmode {k + 1}: {frequencies[k]:.2f} Hz", fontsize=11
         )
@@ -191,18 +199,6 @@ def mode_shapes(canvas: Canvas, file: ResultFile, mode: int | None = None) -> No
         canvas.colorbar(axes[0].collections[0], axes, label=size_of, shrink=0.6)
         if not len(file.read("surface")):
             canvas.note(solids.REDUCED)
-
-
-def _draw_shape(axes: Axes, file: ResultFile, k: int) -> None:
-    shape = file.read("shapes", k)
-    axes.set_axis_off()
-    if file.config.disk.model is not None:
-        solids.draw(axes, solids.Solid.of_result(file), shape)
-        return
-    _draw_disk(axes, file, colour="0.8", width=1.0)
-    _draw_disk(axes, file, solids.DEFORMED * file.config.disk.tip_radius * shape)
-    reach = 1.2e3 * file.config.disk.tip_radius
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
 
 @figure(*STUDIES, paper="1b, 3", what="casing, clearance and bumps", alone=False,

@@ -10,9 +10,9 @@ from matplotlib.ticker import EngFormatter
 from hpcrub.config.schema import PROFILE, Config
 from hpcrub.config.text import counted, flatten, is_table, key_table, show
 from hpcrub.config.types import without_suffix
-from hpcrub.results.layout import DONE, FAILED, PENDING
+from hpcrub.results.layout import FAILED, PENDING
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact.survey import n_counted, shared_uncertainty
+from hpcrub.studies.contact import survey
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
 OF_ANY_SIZE = "s", "N/m", "N s/m"  # units with prefixes, such as 240 MN/m
@@ -21,17 +21,15 @@ FEW = 3  # largest number of keys that are all named; of more keys, only unusual
 
 
 def finished(file: ResultFile, name: str) -> list[Any]:
-    """Return the values of the finished samples of every level, without failed samples."""
-    n = n_counted(file)
-    status, values = file.status[:, :n], file.read(f"samples/{name}")[:, :n]
-    return [values[level][status[level] == DONE] for level in range(len(status))]
+    """Return the finite values of the finished samples of every level."""
+    return [survey.finished(file, level, name) for level in file.config.levels]
 
 
 def lost_disks(files: list[ResultFile]) -> list[str]:
     """Return a note for each file whose figure leaves out disks without a result."""
     notes = []
     for file in files:
-        status = file.status[:, : n_counted(file)]
+        status = file.status[:, : survey.n_counted(file)]
         if n := int(np.count_nonzero(status == FAILED)):
             name = f"{without_suffix(file.path).name}: " * (len(files) > 1)
             of = counted(int(np.count_nonzero(status != PENDING)), "disk")
@@ -39,18 +37,10 @@ def lost_disks(files: list[ResultFile]) -> list[str]:
     return notes
 
 
-def uncertainty(file: ResultFile, name: str) -> Any:
-    """Return by how much all values of a quantity could be lower and higher together.
-
-    Amplifications in contact share the uncertainty of the tuned reference; other quantities have 0.
-    """
-    return shared_uncertainty(file) if name == "amplification" else (0.0, 0.0)
-
-
 def ordered(files: list[ResultFile]) -> list[ResultFile]:
     """Sort files by their number of bumps, then by the values of the keys in which they differ."""
-    rows = _flat(files)
-    keys = ["casing.n_bumps", *_differing(rows)]
+    rows, differing = _flat(files)
+    keys = ["casing.n_bumps", *differing]
     order = sorted(range(len(files)), key=lambda i: [_rank(rows[i][key]) for key in keys])
     return [files[i] for i in order]
 
@@ -61,8 +51,7 @@ def reference(files: list[ResultFile]) -> ResultFile:
     The finest time step, reduced model or mesh is nearest to the truth. If no file has the default
     values of all keys in which the files differ, the file with the most default values is taken.
     """
-    rows = _flat(files)
-    keys = _differing(rows)
+    rows, keys = _flat(files)
     for key, finest in FINEST.items():
         if keys == [key]:
             return files[rows.index(finest(rows, key=lambda row: row[key]))]
@@ -72,8 +61,7 @@ def reference(files: list[ResultFile]) -> ResultFile:
 
 def labels(files: list[ResultFile]) -> list[str]:
     """Return a label for each file, such as "clearance 0.20 mm, bump height 1.25 mm"."""
-    rows = _flat(files)
-    keys = _differing(rows)
+    rows, keys = _flat(files)
     if "casing.n_bumps" in keys:
         return [f"$n_d$ = {row['casing.n_bumps']}" for row in rows]
     known = {*PROFILE, *(key for key in keys if any(is_table(row[key]) for row in rows))}
@@ -92,10 +80,11 @@ def labels(files: list[ResultFile]) -> list[str]:
     return texts
 
 
-def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
-    """Return keys and values of every file, None for keys of a coating that a file does not have.
+def _flat(files: list[ResultFile]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return keys and values of every file, and the keys in which files differ.
 
-    Where `time.step_s` differs, its value is the step that was used, or None where the contact laws
+    A file without a coating has None for keys of a coating, which is no difference. Where
+    `time.step_s` differs, its value is the step that was used, or None where the contact laws
     differ, too, because their default steps do.
     """
     rows = [flatten(file.config.model_dump(mode="json")) for file in files]
@@ -105,16 +94,12 @@ def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
             row["time.step_s"] = None if n_laws > 1 else float(file.attributes["time_step_s"])
         if not file.config.contact.wears:
             row |= dict.fromkeys(key for key in row if key.startswith(COATING))
-    return rows
-
-
-def _differing(rows: list[dict[str, Any]]) -> list[str]:
     keys = []
     for key in rows[0]:
         values = [row[key] for row in rows if row[key] is not None or not key.startswith(COATING)]
         if key not in ("output", "sources") and any(value != values[0] for value in values):
             keys.append(key)
-    return keys
+    return rows, keys
 
 
 def _rank(value: Any) -> tuple[bool, Any, str]:

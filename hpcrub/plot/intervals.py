@@ -4,33 +4,19 @@ With few samples the order statistics do not bound a percentile (`statistics.per
 end is drawn as an arrow, never as the end of a bar.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval, widened
+from hpcrub.statistics.percentiles import Z_95, confidence
 
 LEVEL = f"{100 * confidence(Z_95):.0f} %"  # confidence level of all intervals drawn
 BARS = f"{LEVEL} confidence interval"
 ARROWS = "open end: too few samples"
 WORDS = BARS, ARROWS
 ARROW = 20  # length [points]
-Array = np.ndarray[Any, np.dtype[np.float64]]
-
-
-def interval(
-    values: Array, percentiles: Sequence[float], shared: ArrayLike = (0.0, 0.0)
-) -> tuple[Array, Array, Array]:
-    """Return percentiles (P,) of at least one value, and the ends of their intervals, NaN if open.
-
-    shared: uncertainty that all values have in common, see `widened`.
-    """
-    centre = np.percentile(values, percentiles)
-    ends = percentile_interval(values, percentiles, Z_95)
-    return centre, *widened(centre, *ends, np.asarray(shared))
 
 
 def draw(axes: Axes, x: ArrayLike, found: ArrayLike, colour: Any, sideways: bool = False) -> None:
@@ -40,9 +26,9 @@ def draw(axes: Axes, x: ArrayLike, found: ArrayLike, colour: Any, sideways: bool
     """
     x, (centre, low, high) = np.atleast_1d(x), np.asarray(found)
     known = np.isfinite(centre)
-    ends = [np.where(np.isfinite(end), end, centre) for end in (low, high)]
     at, axis = ((centre, x), "xerr") if sideways else ((x, centre), "yerr")
-    look: dict[str, Any] = {axis: [np.abs(end - centre) for end in ends], "ecolor": colour}
+    lengths = np.maximum(np.nan_to_num([centre - low, high - centre]), 0.0)
+    look: dict[str, Any] = {axis: lengths, "ecolor": colour}
     axes.errorbar(at[0], at[1], fmt="none", elinewidth=1.2, capsize=3, **look)
     bar, arrow = ("_", r"$\rightarrow$") if sideways else ("|", r"$\uparrow$")
     axes.plot([], [], color="0.4", ls="", marker=bar, ms=14, mew=1.2, label=BARS)

@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 
 from hpcrub.config.text import counted
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished, labels, lost_disks
+from hpcrub.plot.families import labels
 from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
+from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import pairs
 from hpcrub.statistics.percentiles import Z_95, probability_interval
+from hpcrub.studies.contact.survey import n_counted
 from hpcrub.studies.energy import amplification, largest
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # shares of the samples that lie inside the contours
@@ -29,17 +31,18 @@ def contact_over_linear(canvas: Canvas, file: ResultFile) -> None:
     than its casing (`forcing.travels`): single disks differ for that reason, too.
     """
     sigma = 100 * file.read("sigma")
-    columns = min(2, len(sigma))
-    axes = canvas.grid(len(sigma), columns, (5.8, 5.0), sharex=True, sharey=True)
-    linear, contact = (finished(file, f"{kind}amplification") for kind in ("linear_", ""))
+    axes = canvas.grid(len(sigma), 2, (5.8, 5.0), sharex=True, sharey=True)
+    n, names = n_counted(file), ("linear_amplification", "amplification")
+    both = np.array([file.read(f"samples/{name}")[:, :n] for name in names])
+    known = (file.status[:, :n] == DONE) & np.isfinite(both).all(axis=0)  # NaN: flutter in air
     image = None
     for level, panel in enumerate(axes):
-        image = _draw_level(panel, linear[level], contact[level]) or image
-        panel.set_title(_title(sigma[level], linear[level], contact[level]), fontsize=11)
+        linear, contact = both[:, level, known[level]]
+        image = _draw_level(panel, linear, contact) or image
+        panel.set_title(_title(sigma[level], linear, contact), fontsize=11)
         panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
     if image is not None:
         canvas.colorbar(image, axes, label="share of the samples in denser regions")
-    canvas.note(*lost_disks([file]))
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
 
 
@@ -49,7 +52,7 @@ def _title(sigma: float, linear: Array, contact: Array) -> str:
     text = f"σ = {sigma:.1f} %, {counted(n, 'sample')}"
     if not n:
         return text
-    low, high = 100 * np.array(probability_interval(above, n, Z_95))
+    low, high = 100 * probability_interval(above, n, Z_95)
     text += f"\ncontact above linear for {100 * above / n:.0f} % [{low:.0f}, {high:.0f}]"
     r, r_low, r_high = pairs.rank_correlation(contact, linear)
     if np.isnan(r):

@@ -14,6 +14,7 @@ from hpcrub.plot.families import finished
 from hpcrub.plot.responses import SPEED, draw_all, size
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, PINK, edges, marker, polar, shades
 from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import with_interval
 from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.limits import REACHED, depth_of_all
 
@@ -99,7 +100,7 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
             continue
         share = 100 * np.arange(1, len(depth) + 1) / len(depth)
         axes.step(depth, share, where="post", color=colour, label=f"±{level:.3g} %, disks")
-        interval = intervals.interval(depth, at)
+        interval = with_interval(depth, at)
         intervals.draw(axes, at, interval, colour, sideways=True)
         for p, value in enumerate(interval[0]):
             axes.plot(value, at[p], marker(p), color=colour, ms=7)

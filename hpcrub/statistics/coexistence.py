@@ -55,7 +55,10 @@ def label(amplitude: np.ndarray, localisation: np.ndarray, point_status: np.ndar
         alike = [motions[:, part == p] for p in range(part.max() + 1)]
         groups = [Group(m.mean(axis=(1, 2)), m.std(axis=(1, 2)), int(speed)) for m in alike]
         branch_of[known[:, speed], speed] = _link(branches, groups)[part]
-    return _by_size(branch_of)
+    there = branch_of >= 0
+    sizes = np.bincount(branch_of[there])
+    branch_of[there] = np.argsort(np.argsort(-sizes, kind="stable"))[branch_of[there]]
+    return branch_of
 
 
 def split(motions: np.ndarray, level: float) -> np.ndarray:
@@ -105,8 +108,11 @@ def _link(branches, groups):
     cost = np.full((len(branches), len(groups)), LINK)
     for i, old in enumerate(branches):
         for j, new in enumerate(groups):
+            least = max(TINY, ALIKE_AMPLITUDE * max(old.mean[0], new.mean[0])), ALIKE_LOCALISATION
+            unit = np.maximum(np.hypot(old.scatter, new.scatter), least)
             missed = new.speed - old.speed - 1
-            cost[i, j] = min(LINK, _distance(old, new) + LINK * missed / (REACH + 1))
+            distance = np.linalg.norm((old.mean - new.mean) / unit) + LINK * missed / (REACH + 1)
+            cost[i, j] = min(LINK, distance)
     numbers = np.full(len(groups), -1)
     for i, j in zip(*linear_sum_assignment(cost), strict=True):
         if cost[i, j] < LINK:
@@ -116,20 +122,6 @@ def _link(branches, groups):
         numbers[j] = len(branches)
         branches.append(groups[j])
     return numbers
-
-
-def _distance(a, b):
-    least = max(TINY, ALIKE_AMPLITUDE * max(a.mean[0], b.mean[0])), ALIKE_LOCALISATION
-    unit = np.maximum(np.hypot(a.scatter, b.scatter), least)
-    return np.linalg.norm((a.mean - b.mean) / unit)
-
-
-def _by_size(branch_of):
-    """Renumber the branches (modified) by size, the largest first; -1 stays."""
-    known = branch_of >= 0
-    rank = np.argsort(np.argsort(-np.bincount(branch_of[known]), kind="stable"))
-    branch_of[known] = rank[branch_of[known]]
-    return branch_of
 
 
 def stretches(several: np.ndarray) -> np.ndarray:

@@ -15,22 +15,24 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import betaincinv, ndtr
 
 MIN_VALUES = 10  # least percentile values to judge convergence by: two may agree by chance
 Z_95 = 1.96  # normal quantile of 95 % confidence
 
 
-def probability_interval(count: int, n: int, z: float) -> tuple[float, float]:
+def probability_interval(count: npt.ArrayLike, n: npt.ArrayLike, z: float) -> np.ndarray:
     """Confidence interval of the probability of an event that had `count` of n independent trials.
 
     It contains the true probability with the confidence 2 Phi(z) - 1 or more, by the binomial
-    distribution. Source: Clopper, Pearson, Biometrika 26 (1934).
+    distribution. count, n: of any shape. Returns both ends (2, ...); 0 and 1 without a trial.
+    Source: Clopper, Pearson, Biometrika 26 (1934).
     """
-    tail = float(ndtr(-z))
-    low = float(betaincinv(count, n - count + 1, tail)) if count > 0 else 0.0
-    high = float(betaincinv(count + 1, n - count, 1.0 - tail)) if count < n else 1.0
-    return low, high
+    count, n, tail = np.asarray(count), np.asarray(n), ndtr(-z)
+    low = np.where(count > 0, betaincinv(count, n - count + 1, tail), 0.0)
+    high = np.where(count < n, betaincinv(count + 1, n - count, 1.0 - tail), 1.0)
+    return np.array([low, high])
 
 
 def widened(
@@ -42,9 +44,11 @@ def widened(
     which all values may be lower and higher (2,); NaN counts as zero. Returns the new ends.
     """
     below, above = np.nan_to_num(shared)
-    return centre - np.hypot(centre - low, below * centre), centre + np.hypot(
-        high - centre, above * centre
-    )
+    # of few values an end may lie on the other side of an interpolated percentile
+    to_low, to_high = np.abs(centre - low), np.abs(high - centre)
+    further_low = np.hypot(to_low, below * centre) - to_low
+    further_high = np.hypot(to_high, above * centre) - to_high
+    return low - further_low, high + further_high
 
 
 def interval_in_words(*ends: float, form: str = ".3f") -> str:
@@ -53,9 +57,8 @@ def interval_in_words(*ends: float, form: str = ".3f") -> str:
 
 
 class RunningPercentiles(NamedTuple):
-    """Percentiles of the first samples_seen samples, with their intervals and errors."""
+    """Percentiles of the first step, 2 step, ... samples, with their intervals and errors."""
 
-    samples_seen: np.ndarray  # (K,) int64
     percentile: np.ndarray  # (P, K)
     percentile_low: np.ndarray  # (P, K), confidence interval; NaN: too few samples for an end
     percentile_high: np.ndarray  # (P, K)
@@ -81,9 +84,7 @@ def running_percentiles(
     n = (~np.isnan(values)).cumsum()[step - 1 :: step]  # valid values so far (K,)
     rank = np.concatenate([(n - 1) * q, *_interval_ranks(n, q, z)])  # numpy's, then the ends
     percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
-    mean, error = _mean_and_error(percentile, z)
-    seen = step * np.arange(1, percentile.shape[1] + 1, dtype=np.int64)
-    return RunningPercentiles(seen, percentile, low, high, mean, error)
+    return RunningPercentiles(percentile, low, high, *_mean_and_error(percentile, z))
 
 
 def confidence(z: float) -> float:
@@ -99,6 +100,21 @@ def percentile_interval(
         return np.full(len(percentiles), np.nan), np.full(len(percentiles), np.nan)
     running = running_percentiles(values, percentiles, len(values), z)
     return running.percentile_low[:, -1], running.percentile_high[:, -1]
+
+
+def with_interval(
+    values: np.ndarray, percentiles: Sequence[float], shared: npt.ArrayLike = (0.0, 0.0)
+) -> np.ndarray:
+    """Percentiles (P,) of all `values`, and both ends of their 95 % intervals, (3, P).
+
+    shared: uncertainty that all values have in common, see `widened`. NaN: no values, or too few
+    for an end.
+    """
+    if not len(values):
+        return np.full((3, len(percentiles)), np.nan)
+    centre = np.percentile(values, percentiles)
+    ends = percentile_interval(values, percentiles, Z_95)
+    return np.array([centre, *widened(centre, *ends, np.asarray(shared))])
 
 
 def _interval_ranks(n, q, z):

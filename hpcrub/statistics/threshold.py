@@ -34,9 +34,7 @@ class Search(NamedTuple):
 
     def sides(self) -> np.ndarray:
         """Side of the target on which each probability lies: BELOW, ABOVE or UNKNOWN (V,)."""
-        ends = [probability_interval(int(k), int(n), Z) if n else (0.0, 1.0)
-                for k, n in zip(self.n_above, self.n_done, strict=True)]  # fmt: skip
-        low, high = np.array(ends).T
+        low, high = probability_interval(self.n_above, self.n_done, Z)
         return np.where(high < self.target, BELOW, np.where(low > self.target, ABOVE, UNKNOWN))
 
     def next_look(self) -> tuple[int, int] | None:

@@ -207,7 +207,7 @@ class Energy(StudyInTime):
             yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
         if "stress_pa" in file:
             stress, tuned = largest(file, "stress_pa")
-            low, high, tuned = (1e-6 * value for value in (stress.min(), stress.max(), tuned))
+            low, high, tuned = 1e-6 * np.array([np.nanmin(stress), np.nanmax(stress), tuned])
             yield f"largest stress {low:,.0f} to {high:,.0f} MPa, tuned {tuned:,.0f}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:

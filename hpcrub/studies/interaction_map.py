@@ -53,22 +53,6 @@ def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
     return 2.0 * np.abs(transform) / window.sum()
 
 
-def how_known(file: ResultFile, disk: int) -> str:
-    """Numbers of points of a disk that are steady, averaged or neither, in words."""
-    states = file.read("point_status", disk)
-    n_steady, n_averaged, n_lost = (
-        int(np.count_nonzero(states == s)) for s in (STEADY, AVERAGED, NOT_STEADY)
-    )
-    relative = file.read("mean_error_m", disk) / file.read("mean_amplitude_m", disk)
-    relative = relative[states == AVERAGED]
-    error = f", means known to {100 * np.median(relative):.1f} %" if n_averaged else ""
-    lost = ", each one draw of many" if n_lost else ""
-    return (
-        f"of {len(states)} points {n_steady} are steady, {n_averaged} averaged{error}, "
-        f"{n_lost} not steady{lost}"
-    )
-
-
 class InteractionMap(StudyInTime):
     """Spectra over a wide range of speeds."""
 
@@ -166,10 +150,17 @@ class InteractionMap(StudyInTime):
                 yield f"{name}: {line}"
             if not np.isfinite(amplitude).any():
                 continue
-            yield f"{name}: {how_known(file, disk)}"
-            known = np.isin(file.read("point_status", disk), (STEADY, AVERAGED))
-            amplitude = np.where(known, file.read("mean_amplitude_m", disk), amplitude)
-            error = np.where(known, np.nan_to_num(file.read("mean_error_m", disk)), 0.0)
+            names = "point_status", "mean_amplitude_m", "mean_error_m"
+            states, mean, error = (file.read(each, disk) for each in names)
+            steady, averaged, lost = (states == s for s in (STEADY, AVERAGED, NOT_STEADY))
+            text = f"of {len(states)} points {steady.sum()} are steady, {averaged.sum()} averaged"
+            if averaged.any():
+                text += f", means known to {100 * np.median((error / mean)[averaged]):.1f} %"
+            draws = ", each one draw of many" if lost.any() else ""
+            yield f"{name}: {text}, {lost.sum()} not steady{draws}"
+            known = steady | averaged
+            amplitude = np.where(known, mean, amplitude)
+            error = np.where(known, np.nan_to_num(error), 0.0)
             best = int(np.nanargmax(amplitude))
             line = frequencies[file.read("spectrum_m", (disk, best)).argmax()]
             interval = f" ± {1e3 * Z_95 * error[best]:.1f}" if error[best] else ""

@@ -20,7 +20,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
-from hpcrub.statistics.percentiles import Z_95, interval_in_words, percentile_interval
+from hpcrub.statistics.percentiles import interval_in_words, with_interval
 from hpcrub.studies.shared import air
 
 ROUNDING = 1e-9  # share of the radial displacement below which a tangential one is rounding
@@ -140,10 +140,9 @@ class Linear(Study):
                 if len(values) == 0:
                     continue
                 at = file.config.convergence.percentiles
-                text = " / ".join(f"{v:.3f}" for v in np.percentile(values, at))
-                low, high = np.ravel(percentile_interval(values, at[-1:], Z_95))
-                text += f"  [{interval_in_words(low, high)}]"
-                text += air.left_out(file, level)
+                middle, low, high = with_interval(values, at)
+                text = " / ".join(f"{value:.3f}" for value in middle)
+                text += f"  [{interval_in_words(low[-1], high[-1])}]{air.left_out(file, level)}"
                 yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:

@@ -82,12 +82,12 @@ class Rounds:
         n_patterns = len(self.words)
         self.percentile, self.worse_by = np.full((2, n_patterns), np.nan)
         self.n_disks = np.zeros(n_patterns, dtype=int)
-        self.left, n = np.arange(1, n_patterns), min(FIRST, self.most)
+        n = min(FIRST, self.most)
         # patterns whose first n disks the next round needs, and n; None: all rounds are over. If
         # these disks are all done, a search has to name the patterns `unknown` first
         self.missing: tuple[np.ndarray, int] | None = None
         self.unknown = np.flatnonzero(self.words[:, 0] == UNKNOWN)
-        self.left = self.left[: n_patterns - 1 - len(self.unknown)]
+        self.left = np.arange(1, n_patterns - len(self.unknown))
         while True:
             here = np.append(0, self.left)
             if (self.status[here, :n] == PENDING).any():
@@ -146,10 +146,10 @@ class Halving(Job):
         for name in ("n_disks", "percentile", "worse_by"):
             self.file.write({name: getattr(rounds, name)}, ())
         while rounds.missing:
-            here, n = rounds.missing
+            (here, n), words = rounds.missing, [tuple(word) for word in rounds.words.tolist()]
             blocks = [
-                Task(int(p), disks, tuple(rounds.words[p].tolist()))
-                for p in here
+                Task(p, disks, words[p])
+                for p in here.tolist()
                 for first in range(0, n, BLOCK)
                 for disks in [range(first, min(first + BLOCK, n))]
                 if (rounds.status[p, disks] == PENDING).any()
@@ -157,31 +157,30 @@ class Halving(Job):
             if blocks:
                 self.planned += len(blocks)
                 return blocks
-            self._search(rounds)
+            # patterns that are not known yet: neighbours of the best after the first round
+            ranked = [words[p] for p in rounds.left]
+            n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
+            new = neighbours(ranked, n_types, len(rounds.unknown), seed)
+            self.file.write({"types": np.array(new)}, slice(rounds.unknown[0], None))
             rounds = Rounds(self.file)
         return []
-
-    def _search(self, rounds):
-        """Name the patterns that are not known yet: neighbours of the best after one round."""
-        ranked = [tuple(rounds.words[p].tolist()) for p in rounds.left]
-        n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
-        words = neighbours(ranked, n_types, len(rounds.unknown), seed)
-        self.file.write({"types": np.array(words)}, slice(rounds.unknown[0], None))
 
     def _contact(self):
         """Tasks of the pending disks in contact (rank 0)."""
         rounds = Rounds(self.file)
-        disks = [
-            Task(int(p), int(sample), tuple(rounds.words[p].tolist()))
-            for p, sample in rounds.missing_in_contact()
-        ]
+        pending = rounds.missing_in_contact().tolist()
+        disks = [Task(p, sample, tuple(rounds.words[p].tolist())) for p, sample in pending]
         self.planned += len(disks)
         return disks
 
     def _pieces(self, task, poll):
-        return (self._linear if isinstance(task.disks, range) else self._in_contact)(task, poll)
-
-    def _linear(self, task, poll):
+        if not isinstance(task.disks, range):
+            where, modes = (task.pattern, task.disks), self._modes(task.word, task.disks)
+            speeds = self.config.speeds.values_hz
+            result = run_sweep(modes, self.prepared.scene, speeds, poll)
+            yield "contact_amplitude_m", where, peak(result, speeds)[0]
+            yield "contact_status", where, DONE
+            return
         results = np.empty((2, len(task.disks)))
         for i, sample in enumerate(task.disks):
             modes = self._modes(task.word, sample)
@@ -193,12 +192,6 @@ class Halving(Job):
         yield "amplification", where, results[0]
         yield "least_damping_ratio", where, results[1]
         yield "status", where, DONE
-
-    def _in_contact(self, task, poll):
-        modes, speeds = self._modes(task.word, task.disks), self.config.speeds.values_hz
-        result = run_sweep(modes, self.prepared.scene, speeds, poll)
-        yield "contact_amplitude_m", (task.pattern, task.disks), peak(result, speeds)[0]
-        yield "contact_status", (task.pattern, task.disks), DONE
 
     def _modes(self, word, sample):
         """Modes of a disk whose blades deviate by their types, and at random."""

@@ -76,23 +76,23 @@ class Sampling(Job):
         estimated = np.isfinite(self.file.read("probability"))
         for place, n in enumerate(map(int, numbers(self.config))):
             if (self.status[:n] == PENDING).any():
-                speeds, rule, self.expected = _onwards(self.file, before, goal)
+                speeds, rule, self.expected = _onwards(self.file, before)
                 if place == 1:  # the pilot's disks took longer
                     self.begin()
                 return Step(n, speeds, rule)
             counts = count(above[:n], inclusion[:n])
             if not estimated[place]:
                 if not before:
-                    self._choose_look(goal)
+                    self._choose_look()
                 self.file.write(dict(zip(ESTIMATE, estimate(counts), strict=True)), place)
             if goal.is_met(counts):
                 return None
             before = n
         return None
 
-    def _choose_look(self, goal):
+    def _choose_look(self):
         """Write the first look that is expected to save most, and the pilot's looks (rank 0)."""
-        tried = {speeds: _plan(self.file, PILOT, speeds, goal) for speeds in candidates(self.file)}
+        tried = {speeds: _plan(self.file, PILOT, speeds) for speeds in candidates(self.file)}
         speeds, best = min(tried.items(), key=lambda item: item[1].saving)
         looks = _looks(self.file, speeds)
         if best.rule == Rule():
@@ -108,18 +108,24 @@ class Sampling(Job):
 
     def _pieces(self, sample, poll):
         """Take a first look at a disk, and compute it in full where the draw says so."""
-        step, inclusion = self.round, 1.0
+        step, inclusion, speeds = self.round, 1.0, self.config.speeds.values_hz
         modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
         if sample < PILOT:
-            speeds = range(self.config.speeds.n_values)
-            yield "pilot_look", sample, self._early(modes, speeds, poll)
+            yield "pilot_look", sample, self._early(modes, range(len(speeds)), poll)
         elif step.speeds:
             look = np.fmax.reduce(self._early(modes, step.speeds, poll), keepdims=True)
             inclusion = step.rule.inclusion(look)[0]
             yield "look", sample, look[0]
         computed = drawn(self.config, sample) < inclusion
         if computed:
-            yield from self._in_full(modes, sample, poll)
+            result = run_sweep(modes, self.prepared.scene, speeds, poll)
+            size, at = peak(result, speeds)
+            if sample < PILOT:
+                yield "pilot_peak_hz", sample, at
+            yield "peak_amplitude_m", sample, size
+            yield "peak_stress_pa", sample, peak_stress(result)
+            yield "peak_status", sample, result.point_status[speeds == at].max(initial=0)
+            yield "time_s", sample, result.time.sum()
         yield "inclusion", sample, inclusion
         yield "computed", sample, int(computed)
         yield "status", sample, DONE
@@ -130,17 +136,6 @@ class Sampling(Job):
         scene = scene._replace(steady=scene.steady._replace(first_check=end, max_time=end))
         result = run_sweep(modes, scene, config.speeds.values_hz, poll, selection=speeds)
         return severity(config, amplitudes(result), result.stress)
-
-    def _in_full(self, modes, sample, poll):
-        speeds = self.config.speeds.values_hz
-        result = run_sweep(modes, self.prepared.scene, speeds, poll)
-        size, at = peak(result, speeds)
-        if sample < PILOT:
-            yield "pilot_peak_hz", sample, at
-        yield "peak_amplitude_m", sample, size
-        yield "peak_stress_pa", sample, peak_stress(result)
-        yield "peak_status", sample, result.point_status[speeds == at].max(initial=0)
-        yield "time_s", sample, result.time.sum()
 
 
 class Rare(Study):
@@ -187,7 +182,7 @@ class Rare(Study):
 
     def expected(self, file: ResultFile) -> int:
         """Number of disks that the goal is expected to need, by the last estimate."""
-        return _onwards(file, last_estimate(file)[0], goal_of(file.config))[-1]
+        return _onwards(file, last_estimate(file)[0])[-1]
 
     def is_enough(self, file: ResultFile) -> bool:
         """Whether the goal is met."""
@@ -336,26 +331,26 @@ def _looks(file, speeds):
     return np.fmax.reduce(file.read("pilot_look")[:, list(speeds)], axis=1)
 
 
-def _onwards(file, before, goal):
+def _onwards(file, before):
     """Speeds of first looks, rule and number of disks to the goal, by the first disks."""
     looked_at = np.flatnonzero(file.read("look_speeds")) if before else ()
     speeds, rule, needed = tuple(map(int, looked_at)), Rule(), 0.0
     if speeds:
-        rule, needed, *_ = _plan(file, before, speeds, goal)
+        rule, needed, *_ = _plan(file, before, speeds)
     elif before:
         chance = beyond(file)[:before].mean()
-        needed = n_needed(goal, chance, chance, 1.0)
+        needed = n_needed(goal_of(file.config), chance, chance, 1.0)
     return speeds, rule, round(float(needed))
 
 
-def _plan(file: ResultFile, n: int, speeds: tuple[int, ...], goal: Goal) -> Plan:
+def _plan(file: ResultFile, n: int, speeds: tuple[int, ...]) -> Plan:
     """Plan by the first n disks, of which the pilot's have first looks at these speeds."""
     pilot, look = _looks(file, speeds), file.read("look")[:n]
     look[: len(pilot)] = pilot
     inclusion = file.read("inclusion")[:n]
     severity = severities(file)[:n]
     lost = in_full(file)[:n] & np.isnan(severity)
-    return plan(look, severity, lost, inclusion, costs(file, speeds), goal)
+    return plan(look, severity, lost, inclusion, costs(file, speeds), goal_of(file.config))
 
 
 def _supposed(config):

@@ -86,23 +86,19 @@ class Seeking(Job):
             self.n_disks[look[0]] = look[1]
 
     def _write(self, search):
-        ends = np.array([
-            probability_interval(int(k), int(n), Z_95) if n else (np.nan, np.nan)
-            for k, n in zip(search.n_above, search.n_done, strict=True)
-        ])  # fmt: skip
+        ends = probability_interval(search.n_above, search.n_done, Z_95)
+        low, high = np.where(search.n_done > 0, ends, np.nan)
         crossing = search.crossing()
         between = self.config.threshold.values[list(crossing)] if crossing else [np.nan, np.nan]
-        self.file.write(
-            {
-                "n_disks": search.n_done,
-                "n_above": search.n_above,
-                "probability_low": ends[:, 0],
-                "probability_high": ends[:, 1],
-                "side": search.sides(),
-                "crossing": np.array(between),
-            },
-            (),
-        )
+        results = {
+            "n_disks": search.n_done,
+            "n_above": search.n_above,
+            "probability_low": low,
+            "probability_high": high,
+            "side": search.sides(),
+            "crossing": np.array(between),
+        }
+        self.file.write(results, ())
 
 
 class Threshold(Study):

@@ -169,6 +169,21 @@ def test_without_a_finished_disk_there_is_no_percentile_and_nothing_usable(rando
     assert notes(left).startswith("not usable: no mistuned disk is finished")
 
 
+@pytest.mark.parametrize("n_left", [296, 0])
+def test_disks_that_flutter_in_air_have_no_linear_amplification(random, n_left):
+    """One of them took the percentiles of all others out of the figures, or ended the program."""
+    file = contact_file(random, shape=(2, 300))
+    linear = file.values["samples/linear_amplification"]
+    linear[:, : 300 - n_left] = np.nan
+    axes, x = plot.percentiles(file), 100 * file.read("sigma")
+    if n_left:
+        assert_percentiles(axes, x + BESIDE * x.max(), linear[:, -n_left:], (0.0, 1.0))
+    rows = plot.percentiles([file, contact_file(random, TINY.replace("[2, 4]", "[4]"), (1, N))] * 4)
+    assert rows.get_title() == "Amplifications at ±4 %"
+    panels = plot.contact_over_linear(file)
+    assert all(f", {n_left} samples" in panel.get_title() for panel in panels)
+
+
 @pytest.mark.parametrize("n", [1, 6])
 def test_samples_that_are_alike_or_alone_have_no_rank_correlation(random, n):
     file = contact_file(random, shape=(1, n))

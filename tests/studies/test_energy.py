@@ -20,12 +20,15 @@ from hpcrub.commands.plot import main as draw_figures
 from hpcrub.config import schema as config
 from hpcrub.config import yaml_text
 from hpcrub.contact import status
+from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
-from hpcrub.results.layout import FAILED
+from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import energy, open_result
+from hpcrub.studies.contact.study import require_complete
+from tests.plot.stored import File
 from tests.program import TINY, error_lines, run_here, whole
 
 
@@ -44,6 +47,15 @@ def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
     problem = energy.Chosen(build_problem(cfg), np.zeros((1, 12)))
     list(energy.STUDY.compute(cfg, problem, 0, lambda: None))
     assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
+
+
+def test_a_source_may_have_keys_of_other_studies():
+    """The same input as of a checklist or a search: it was refused."""
+    text = "checklist: {disks: 4}\npatterns: {kept: 3}\nthreshold: {probability: 0.1}\n"
+    source = File(TINY + text, samples__status=np.full((2, 2), DONE))
+    require_complete(source, config.Config.from_yaml(TINY))
+    with pytest.raises(InputError, match="casing.n_bumps: 4 in the file, 5 asked for"):
+        require_complete(source, config.Config.from_yaml(TINY + "casing: {n_bumps: 5}\n"))
 
 
 @pytest.fixture(scope="module")
@@ -100,9 +112,12 @@ def test_energies_are_those_of_the_full_model(folder):
 
     with open_result("energy.h5", mode="r+") as file:
         before = energy.amplification(file)
-        file.write({"energy_j": np.nan, "point_reason": status.TOO_LARGE}, 1)
+        lost = {"energy_j": np.nan, "stress_pa": np.nan, "point_reason": status.TOO_LARGE}
+        file.write(lost, 1)
         np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
-        assert next(energy.STUDY.report(file)).startswith("3 of 12 points: diverged")
+        first, *_, last = energy.STUDY.report(file)
+        assert first.startswith("3 of 12 points: diverged")
+        assert "nan" not in last  # of one disk that is lost all had been
         plot.energy("energy.h5")
         file.write({"tuned/energy_j": np.nan}, ())
         assert list(energy.STUDY.report(file))[-1].startswith("by strain energy: not known")

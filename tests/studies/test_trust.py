@@ -243,6 +243,15 @@ def test_the_reference_is_as_uncertain_as_the_median_of_the_tuned_runs(file):
     assert above > 0.0
 
 
+def test_a_tuned_run_without_a_result_leaves_their_median_as_certain_as_the_others_do():
+    found = [
+        shared_uncertainty(File(TINY, tuned__run_peaks_m=runs, tuned__reference_amplitude_m=0.03))
+        for runs in (RUNS, np.append(RUNS, np.nan))
+    ]
+    np.testing.assert_array_equal(*found)
+    assert (found[0] > 0.0).all()
+
+
 def test_limits_have_a_probability_with_its_interval(file):
     text = "\n".join(limits.limit_lines(file, usable=True))
     assert "±2 %: 2 of 2 disks exceed 35 mm, a probability of 16 to 100 %" in text
@@ -384,7 +393,7 @@ def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
     for level, values in enumerate(coated.read(f"samples/{kind.of}")):
         arguments = values, [1, 50, 99], 1, 2.81
         expected = running_percentiles(*arguments)._asdict()
-        for key in set(expected) - {"samples_seen"}:
+        for key in expected:
             stored = coated.read(kind.dataset(key), level)
             np.testing.assert_array_equal(stored, expected[key])
 

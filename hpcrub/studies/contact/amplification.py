@@ -82,37 +82,12 @@ def _problem_of(text):
     return build_problem(Config.from_yaml(text))
 
 
-def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, float]:
-    """Effect of half the time step on a disk, by names in the result file; empty if unchecked."""
-    if found.result is None or found.half_step is None:
-        return {}
-    whole, half = amplitudes(found.result), amplitudes(found.half_step)
-    known = np.isfinite(whole) & np.isfinite(half)
-    differs = np.abs(half - whole)[known] > DIFFERENT * np.maximum(half, whole)[known]
-    return {
-        "half_step_peak_m": peak(found.half_step, speeds_hz)[0],
-        "half_step_differs": float(differs.mean()) if known.any() else np.nan,
-    }
-
-
-def deepest(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
-    """Largest worn depth of a coating at any speed [m], and its speed [Hz]; else NaN."""
-    return _largest(result.wear.depth, speeds_hz)
-
-
 def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
     """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
     scene = problem.scene
     assert config.engine_order is not None  # `Contact.problems` has checked it
     load = config.forcing.amplitude, config.forcing.sense * config.engine_order, scene.interface
     return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
-
-
-def point_values(result: SweepResult) -> dict[str, Any]:
-    """Arrays of a frequency response by their names in the result file."""
-    of_points = dict(zip(layout.POINT, result, strict=False))
-    of_points |= dict(zip(casing_motion.NUMBERS, result.casing, strict=True))
-    return of_points | worn.values(result.wear)
 
 
 class Integrated(NamedTuple):
@@ -127,6 +102,28 @@ class Integrated(NamedTuple):
     def n_steps(self) -> int:
         """Number of time steps at all speeds, those of the half step included."""
         return sum(sweep.n_steps for sweep in (self.result, self.half_step) if sweep)
+
+
+def values_of(found: Integrated, speeds_hz: np.ndarray) -> dict[str, Any]:
+    """Results of one disk by their names in the result file: at every speed, and largest ones.
+
+    found: of all speeds, and not failed. Effects of half the time step are there where it was
+    checked.
+    """
+    result, half_step = found.result, found.half_step
+    assert result is not None  # it has not failed
+    values = dict(zip(layout.POINT, result, strict=False)) | worn.values(result.wear)
+    values |= dict(zip(casing_motion.NUMBERS, result.casing, strict=True))
+    values["peak_amplitude_m"], values["peak_speed_hz"] = peak(result, speeds_hz)
+    values["peak_stress_pa"] = peak_stress(result)
+    values["deepest_m"], values["deepest_speed_hz"] = _largest(result.wear.depth, speeds_hz)
+    if half_step is not None:
+        whole, half = amplitudes(result), amplitudes(half_step)
+        known = np.isfinite(whole) & np.isfinite(half)
+        differs = np.abs(half - whole)[known] > DIFFERENT * np.maximum(half, whole)[known]
+        values["half_step_peak_m"] = peak(half_step, speeds_hz)[0]
+        values["half_step_differs"] = float(differs.mean()) if known.any() else np.nan
+    return values
 
 
 def is_checked(config: Config, level: int, sample: int) -> bool:
@@ -181,17 +178,18 @@ def write_tuned(
     config: Config, problem: Problem, file: ResultFile, found: list[Integrated]
 ) -> None:
     """Write the results of the tuned disk; found: its run as it is, then the perturbed ones."""
-    speeds, modes = config.speeds.values_hz, modes_of_tuned(config, problem, 0)
-    runs = [run.result for run in found if run.result]
-    values = point_values(runs[0]) | half_step_values(found[0], speeds)
+    modes = modes_of_tuned(config, problem, 0)
+    runs = [values_of(run, config.speeds.values_hz) for run in found]
+    values = dict(runs[0])
     values["permanent_growth_per_s"] = casing_motion.permanent_growth(config, modes)
     values["frequencies_hz"] = modes.omega / (2.0 * np.pi)
-    values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
-    values["peak_stress_pa"] = peak_stress(runs[0])
-    peaks = np.array([peak(run, speeds)[0] for run in runs])
-    values["run_deepest_m"] = np.array([deepest(run, speeds)[0] for run in runs])
-    values["run_amplitude_m"] = np.array([run.amplitude for run in runs])
-    values["run_peaks_m"], known = peaks, peaks[np.isfinite(peaks)]
+    for name, of_run in (
+        ("run_peaks_m", "peak_amplitude_m"),
+        ("run_deepest_m", "deepest_m"),
+        ("run_amplitude_m", "amplitude_m"),
+    ):
+        values[name] = np.array([run[of_run] for run in runs])
+    known = values["run_peaks_m"][np.isfinite(values["run_peaks_m"])]
     values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
     values["linear_amplitude_m"] = linear_amplitude(config, problem, modes)
     contact_file.write_tuned(file, values)

@@ -44,9 +44,7 @@ def write_statistics(file: ResultFile, kind: Kind, level: int, running: Any) -> 
 
     Blocks beyond the last one of `running` become NaN.
     """
-    lines = running._asdict()
-    lines.pop("samples_seen")  # known since the file was laid out
-    for name, values in lines.items():
+    for name, values in running._asdict().items():
         dataset = kind.dataset(name)
         padded = np.full(file.shape(dataset)[1:], np.nan)
         padded[:, : values.shape[1]] = values

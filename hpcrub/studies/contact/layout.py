@@ -63,20 +63,14 @@ _HALF_STEP = {
     "half_step_differs": ("1",
         "share of the speeds at which half the step changes the amplitude by over 10 %"),
 }  # fmt: skip
-
-
-def _points(group, dimensions):
-    """Datasets of every point of a frequency response; group: name of the group in the file."""
-    return in_group(group, dimensions, POINT | casing_motion.NUMBERS | worn.NUMBERS)
-
-
+_OF_POINTS = POINT | casing_motion.NUMBERS | worn.NUMBERS
 # The last dataset of a group marks it as complete: `linear_amplitude_m`, and `status` of samples.
 LAYOUT = (
     SPEEDS,
     Dataset("half_range", _V, "1", "mistuning levels: largest deviation of a blade's stiffness"),
     Dataset("sigma", _V, "1", "mistuning levels: standard deviation of a blade's stiffness"),
     Dataset("tuned/frequencies_hz", ("mode",), "Hz", "frequencies of the tuned reduced model"),
-    *_points("tuned", _S),
+    *in_group("tuned", _S, _OF_POINTS),
     casing_motion.PERMANENT,
     Dataset("tuned/run_amplitude_m", ("run", "speed"), "m", f"{_RUNS} at every speed"),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
@@ -90,7 +84,7 @@ LAYOUT = (
     ANGLE,
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
-    *_points("samples", _VNS),
+    *in_group("samples", _VNS, _OF_POINTS),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
     Dataset("samples/peak_stress_pa", _VN, "Pa", "largest stress over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),

@@ -164,16 +164,15 @@ def _tuned_depth_line(runs, all_of_it):
 def _depth_line(depth, runs, all_of_it):
     """Share of disks that cut through, or the depth of the worst disk where none does."""
     through = int(np.count_nonzero(depth >= REACHED * all_of_it))
+    low, high = map(percent, probability_interval(through, len(depth), Z_95))
     if through:
-        low, high = probability_interval(through, len(depth), Z_95)
         return (
-            f"{through} of {len(depth)} disks cut through the coating, a share of {percent(low)} "
-            f"to {percent(high)} % (95 % interval)"
+            f"{through} of {len(depth)} disks cut through the coating, a share of {low} to {high} "
+            "% (95 % interval)"
         )
-    beyond = probability_interval(0, len(depth), Z_95)[1]
     return (
         f"the worst of {len(depth)} disks cuts {_deep(depth.max(), runs)}; another disk cuts "
-        f"deeper with a probability below {percent(beyond)} % (95 % confidence)"
+        f"deeper with a probability below {high} % (95 % confidence)"
     )
 
 
@@ -188,16 +187,6 @@ def depth_of_all(config: Config) -> float:
     """Depth at which a coating is worn through [m]."""
     c = config.contact.coating
     return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area=0.0).worn_through
-
-
-def cut_through(file: ResultFile) -> tuple[int, int]:
-    """Number of tuned runs and samples that cut through a coating, and number of all of them."""
-    if "tuned/run_deepest_m" not in file:
-        return 0, 0
-    samples = (finished(file, level, "deepest_m") for level in file.config.levels)
-    depth = np.concatenate([file.read("tuned/run_deepest_m"), *samples])
-    depth = depth[np.isfinite(depth)]
-    return int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config))), len(depth)
 
 
 def percent(share: float) -> str:

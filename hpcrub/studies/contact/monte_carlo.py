@@ -172,9 +172,8 @@ class MonteCarlo(Job):
         values, message = {"deviation": blades, "status": FAILED}, response.message
         try:
             if response.result:
-                values |= disk.point_values(response.result)
-                values |= self._amplifications(modes, response.result)
-                values |= disk.half_step_values(response, self.speeds_hz)
+                values |= disk.values_of(response, self.speeds_hz)
+                values |= self._amplifications(modes, values["peak_amplitude_m"])
                 message = "" if values["status"] == DONE else "all its points diverged"
         except BAD_NUMBERS as error:
             message = _words(error)
@@ -185,18 +184,11 @@ class MonteCarlo(Job):
         numbers = tuple(values.get(kind.of, np.nan) for kind in self.kinds)
         return Outcome(values["status"], numbers, work, message)
 
-    def _amplifications(self, modes, result):
-        """Peaks and amplifications of one sample, and its status."""
-        amplitude, speed = disk.peak(result, self.speeds_hz)
-        depth, at = disk.deepest(result, self.speeds_hz)
+    def _amplifications(self, modes, amplitude):
+        """Amplifications of one sample, and its status."""
         linear = disk.linear_amplitude(self.config, self.prepared, modes)
         stable = np.isfinite(linear) and np.isfinite(self.reference.linear)  # else in flutter
         return {
-            "peak_amplitude_m": amplitude,
-            "peak_speed_hz": speed,
-            "peak_stress_pa": disk.peak_stress(result),
-            "deepest_m": depth,
-            "deepest_speed_hz": at,
             "amplification": amplitude / self.reference.contact,
             "linear_amplitude_m": linear,
             "linear_amplification": linear / self.reference.linear if stable else np.nan,

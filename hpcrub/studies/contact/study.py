@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.config import study_keys
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
 from hpcrub.results.layout import DONE, PENDING
@@ -23,9 +24,10 @@ from hpcrub.studies.contact.survey import n_counted
 
 # keys and sections in which a study may differ from the contact study that it starts from
 APART = (
-    *("study", "sources", "mistuning.", "convergence.", "limits.", "part."),
-    *("linear.", "history.", "spectrum.", "energy.", "branches."),
-)
+    *("study", "sources", "mistuning.", "convergence.", "limits."),
+    *(f"{name}." for name, field in Config.model_fields.items()
+      if getattr(field.annotation, "__module__", "") == study_keys.__name__),
+)  # fmt: skip
 
 
 class Contact(Study):
@@ -103,19 +105,14 @@ class Contact(Study):
             yield f"{text}, no sample has a result"
             return
         at = file.config.convergence.percentiles if np.count_nonzero(done) > 1 else (50.0,)
-        peaks, amplifications = (
-            " / ".join(form.format(value) for value in np.percentile(values[done], at))
-            for form, values in (
-                ("{:.2f}", 1e3 * file.read("samples/peak_amplitude_m", where)),
-                ("{:.3f}", file.read("samples/amplification", where)),
-            )
-        )
-        text += f", mistuned {peaks} mm"
+        peaks = np.percentile(1e3 * file.read("samples/peak_amplitude_m", where)[done], at)
+        text += f", mistuned {' / '.join(f'{peak:.2f}' for peak in peaks)} mm"
         if len(at) > 1:
             text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
         lines = read_trust(file)
         if is_usable(lines):
-            text += f", A_nl {amplifications}"
+            ratios = np.percentile(file.read("samples/amplification", where)[done], at)
+            text += f", A_nl {' / '.join(f'{ratio:.3f}' for ratio in ratios)}"
         yield f"{text}; {lines[0]}" if lines else text
 
 

@@ -1,7 +1,6 @@
 """Results of a contact study as tables and lines for a terminal or a log."""
 
 from collections.abc import Iterator
-from math import nan
 
 import numpy as np
 from rich.table import Table
@@ -13,15 +12,10 @@ from hpcrub.ranks.progress import WIDTH, console, print_line
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
-from hpcrub.statistics.percentiles import (
-    Z_95,
-    confidence,
-    interval_in_words,
-    percentile_interval,
-    widened,
-)
+from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
 from hpcrub.studies.contact import limits, measured, survey, trust
 from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, amplitude
+from hpcrub.studies.contact.survey import shared_uncertainty
 from hpcrub.studies.shared import casing_motion
 
 
@@ -116,26 +110,22 @@ def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
     """
     title = f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)"
     names = {"A_nl": "amplification", "A_lin": "linear_amplification"}
-    form, shared, factor = ".3f", survey.shared_uncertainty(file), 1.0  # shared: by A_nl only
+    form, factor = ".3f", 1.0
     if of_coating:
         title = "Coating: percentiles and their intervals (95 %) [mm]"
         names = {"amplitude": "peak_amplitude_m", "worn depth": "deepest_m"}
-        form, shared, factor = ".4g", np.zeros(2), 1e3
+        form, factor = ".4g", 1e3
     at = file.config.convergence.percentiles
     headings = (word for heading in names for word in (heading, "interval"))
     table = progress.table(title, ("level", "percentile", *headings))
     for level, half_range in enumerate(file.read("half_range")):
-        columns: list[list[str]] = []
+        columns = []
         for name in names.values():
-            values = factor * survey.finished(file, level, name)
-            low, high = percentile_interval(values, at, Z_95)
-            middle = np.percentile(values, at) if len(values) else np.full_like(low, nan)
-            low, high = (low, high) if columns else widened(middle, low, high, shared)
-            columns += [
-                [interval_in_words(x, form=form) for x in middle],
-                [interval_in_words(*ends, form=form) for ends in zip(low, high, strict=True)],
-            ]
-        for percentile, *cells in zip(at, *columns, strict=True):
+            values, shared = survey.finished(file, level, name), shared_uncertainty(file, name)
+            columns.append(with_interval(factor * values, at, shared).T)
+        for percentile, *found in zip(at, *columns, strict=True):
+            parts = (part for value, *ends in found for part in ([value], ends))
+            cells = (interval_in_words(*part, form=form) for part in parts)
             table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
     return table
 
@@ -148,10 +138,8 @@ def stress_table(file: ResultFile) -> Table:
         ("level", *(f"{p:g}" for p in at)),
     )
     for level, half_range in enumerate(file.read("half_range")):
-        values = 1e-6 * survey.finished(file, level, "peak_stress_pa")
-        middle = np.percentile(values, at) if len(values) else np.full(len(at), nan)
-        ends = zip(middle, *percentile_interval(values, at, Z_95), strict=True)
-        cells = (f"{x:.4g} ({interval_in_words(low, high, form='.4g')})" for x, low, high in ends)
+        found = with_interval(1e-6 * survey.finished(file, level, "peak_stress_pa"), at)
+        cells = (f"{x:.4g} ({interval_in_words(*ends, form='.4g')})" for x, *ends in found.T)
         table.add_row(f"±{100 * half_range:.3g} %", *cells)
     return table
 

@@ -30,6 +30,11 @@ class Survey(NamedTuple):
     reasons: np.ndarray  # number of points with each reason
     sweeps: int  # most sweeps of the solver
 
+    @property
+    def n_peaks(self) -> int:
+        """Number of peaks, at least 1."""
+        return max(1, int(self.peaks.sum()))
+
 
 def survey(file: ResultFile) -> Survey:
     """Count the points and peaks of a file, reading ROWS samples at a time."""
@@ -90,14 +95,14 @@ def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
     return values[np.isfinite(values)]
 
 
-def shared_uncertainty(file: ResultFile) -> np.ndarray:
-    """Uncertainty of all amplifications by their reference, downwards and upwards (2,) [-].
+def shared_uncertainty(file: ResultFile, name: str = "amplification") -> np.ndarray:
+    """Uncertainty that the values of a dataset of `samples` share, downwards and upwards (2,) [-].
 
-    It is the 95 % interval of the median of the tuned runs: zero where the runs agree, NaN where
-    there are too few of them.
+    Amplifications have that of their reference, the 95 % interval of the median of the tuned runs:
+    zero where the runs agree, NaN where there are too few of them. Other values share nothing.
     """
     runs = file.read("tuned/run_peaks_m")
-    if len(runs) == 1 or np.ptp(runs) < 1e-3 * runs.min():
+    if name != "amplification" or len(runs) == 1 or np.ptp(runs) < 1e-3 * runs.min():
         return np.zeros(2)
     low, high = np.ravel(percentile_interval(runs, [50.0], Z_95))
     reference = file.read("tuned/reference_amplitude_m")

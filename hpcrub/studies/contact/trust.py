@@ -11,9 +11,10 @@ from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.verdict import FEW, REMARK, SINGLE, USELESS, Finding
-from hpcrub.studies.contact.limits import cut_through, percent
+from hpcrub.studies.contact.limits import REACHED, depth_of_all, percent
 from hpcrub.studies.contact.survey import (
     Survey,
+    finished,
     n_counted,
     n_failed,
     shared_uncertainty,
@@ -35,7 +36,7 @@ def short(file: ResultFile) -> list[str]:
 
 
 def _findings(file, counts):
-    config, n_peaks = file.config, max(1, int(counts.peaks.sum()))
+    config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY])
     yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
     lost = sum(n_failed(file, level) for level in config.levels)
     n, missing = n_counted(file), "are missing in all percentiles"
@@ -45,7 +46,7 @@ def _findings(file, counts):
     yield from verdict.without_result(lost, n * len(config.levels), missing)
     yield from _worn_through(file)
     yield from verdict.kinematics(config, counts.largest)
-    yield from verdict.unsettled(config, int(counts.peaks[NOT_STEADY]), n_peaks, "peaks")
+    yield from verdict.unsettled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from verdict.not_resolved(file.warnings)
     yield from _half_step(file)
@@ -56,7 +57,12 @@ def _findings(file, counts):
 
 def _worn_through(file):
     """Disks that cut through the coating and reach the casing behind it."""
-    through, n_disks = cut_through(file)
+    if "tuned/run_deepest_m" not in file:
+        return
+    samples = (finished(file, level, "deepest_m") for level in file.config.levels)
+    depth = np.concatenate([file.read("tuned/run_deepest_m"), *samples])
+    n_disks = int(np.count_nonzero(np.isfinite(depth)))
+    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config)))
     if through:
         yield Finding(
             USELESS if through > FEW * n_disks else SINGLE,
@@ -69,7 +75,7 @@ def _worn_through(file):
 
 def _speeds(file, counts):
     """Peaks at an end of the speeds, and peaks that the steps between speeds may miss."""
-    n, speeds = max(1, int(counts.peaks.sum())), file.config.speeds
+    n, speeds = counts.n_peaks, file.config.speeds
     yield from verdict.at_the_ends(file.config, counts.lowest, counts.highest, n, most=FEW)
     ends = speeds.values_hz[[0, -1]]  # the last may lie below to_hz
     if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in ends:
@@ -121,12 +127,12 @@ def half_step_moves(file: ResultFile) -> np.ndarray:
 
 def _errors(file, counts):
     """Standard errors of peaks that are means; they hold for the same motion continued."""
-    error, n = 2.0 * counts.error, max(1, int(counts.peaks.sum()))
+    error, share = 2.0 * counts.error, counts.peaks[AVERAGED] / counts.n_peaks
     if np.isfinite(error):
         yield Finding(
             SINGLE if error > FEW else REMARK,
             f"peaks known to ±{percent(error)} %",
-            f"{100 * counts.peaks[AVERAGED] / n:.0f} % of the peaks are means, known to "
+            f"{100 * share:.0f} % of the peaks are means, known to "
             f"±{percent(error)} % (two standard errors of the same motion continued): "
             f"steady_state.max_error below {file.config.steady_state.max_error:g}",
         )

@@ -105,11 +105,11 @@ def report_of_mistuned(file: ResultFile) -> Iterator[str]:
             continue
         low, middle, high = np.percentile(least, [1, 50, 99])
         n_flutter = int(np.count_nonzero(least <= 0.0))
-        ends = [100.0 * end for end in probability_interval(n_flutter, len(least), Z_95)]
+        low_share, high_share = 100.0 * probability_interval(n_flutter, len(least), Z_95)
         yield (
             f"air, sigma = {100 * sigma:.2f} %: least stable mode {low:.3g} / {middle:.3g} / "
             f"{high:.3g} (percentiles 1/50/99 of the damping ratio); {n_flutter} of {len(least)} "
-            f"disks flutter without contact ({ends[0]:.3g} to {ends[1]:.3g} %)"
+            f"disks flutter without contact ({low_share:.3g} to {high_share:.3g} %)"
         )
 
 

@@ -1,0 +1,216 @@
+"""Figures of the studies that search or check: threshold, rare, patterns, checklist."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.intervals import LEVEL
+from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
+from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import with_interval
+from hpcrub.statistics.rare import count, estimate, extrapolated
+from hpcrub.studies.checklist import CHANGES, LEAST, moved
+from hpcrub.studies.contact.limits import severities
+from hpcrub.studies.patterns import Rounds, in_letters
+from hpcrub.studies.rare import answer as probability_in_words
+from hpcrub.studies.rare import in_full, last_estimate
+from hpcrub.studies.threshold import answer as crossing_in_words
+
+FOOT = 1e-4  # probability at the foot of the figure of a threshold
+MOST = 3000  # largest number of disks that the figure of a small probability shows
+
+
+@figure("threshold", what="probability of exceeding a limit over a key", main=True)
+def threshold(canvas: Canvas, file: ResultFile) -> None:
+    """Probability of exceeding the limit at the values looked at, and the amplitudes there.
+
+    Bars are 95 % intervals, numbers the disks computed. Between the two values of the band the
+    probability crosses the target.
+    """
+    chance, size = canvas.panels(1, 2, (13.0, 5.2))[0]
+    _draw_probability(chance, file)
+    _draw_amplitudes(size, file)
+    crossing = file.read("crossing")
+    for panel in (chance, size):
+        if np.isfinite(crossing).all():
+            panel.axvspan(*crossing, color=ORANGE, alpha=0.25, lw=0, label="crossing")
+        panel.set_xlabel(file.config.threshold.key)
+    canvas.note(crossing_in_words(file))
+
+
+def _draw_probability(axes: Axes, file: ResultFile) -> None:
+    """Draw the share of disks beyond the limit, with its interval, at every value computed."""
+    n, above = file.read("n_disks"), file.read("n_above")
+    low, high = (file.read(f"probability_{end}") for end in ("low", "high"))
+    seen = n > 0
+    value, share = file.read("value")[seen], above[seen] / n[seen]
+    ends = np.array([share - low[seen], high[seen] - share])
+    axes.errorbar(value, share, ends, fmt="o", ms=5, color=BLUE, capsize=3, label="disks")
+    for x, y, disks in zip(value, high[seen], n[seen], strict=True):
+        axes.annotate(
+            f"{disks}", (x, y), xytext=(0, 6), textcoords="offset points", ha="center",
+            rotation=90, fontsize=8,
+        )  # fmt: skip
+    axes.axhline(file.config.threshold.probability, color=BLACK, lw=1.2, ls=":", label="target")
+    foot = max(FOOT, 0.3 * min(file.config.threshold.probability, share[share > 0].min(initial=1)))
+    axes.set(yscale="log", ylim=(foot, 2.5), ylabel="probability of exceeding the limit")
+
+
+def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
+    """Draw percentiles of the largest amplitudes of the disks computed at every value."""
+    peaks, n = 1e3 * file.read("peak_amplitude_m"), file.read("n_disks")
+    at = file.config.convergence.percentiles
+    for value, row, disks in zip(file.read("value"), peaks, n, strict=True):
+        known = row[:disks][np.isfinite(row[:disks])]
+        percentiles, low, high = with_interval(known, at)  # NaN, not drawn, of no disk
+        axes.plot(np.full(len(at), value), percentiles, "-o", ms=4, lw=1.0, color=BLUE)
+        axes.vlines(np.full(len(at), value), low, high, color=BLUE, alpha=0.4, lw=5)
+    axes.plot([], [], "-o", ms=4, color=BLUE, label="percentiles " + "/".join(f"{p:g}" for p in at))
+    words = f"{LEVEL} intervals of these, where both ends are known"
+    axes.vlines([], [], [], color=BLUE, alpha=0.4, lw=5, label=words)
+    if file.config.limits.amplitude_mm is not None:
+        axes.axhline(file.config.limits.amplitude_mm, color=BLACK, lw=1.2, ls=":", label="limit")
+    axes.set(ylabel="largest amplitude [mm]", ylim=(0.0, None))
+
+
+@figure("rare", what="a small probability of exceeding a limit", main=True)
+def rare(canvas: Canvas, file: ResultFile) -> None:
+    """Full results over first looks, and the probability of exceeding parts of the limit.
+
+    Bars are 95 % intervals. Two distributions are fitted to all results and extrapolated, with the
+    95 % scatter of their bootstrap: these are no results, and are drawn beside.
+    """
+    looks, tail = canvas.panels(1, 2, (13.0, 5.2))[0]
+    n = last_estimate(file)[0]
+    _draw_looks(looks, file, n)
+    if np.isfinite(severities(file)[:n]).any():
+        _draw_tail(tail, file, n)
+    canvas.note(probability_in_words(file))
+
+
+def _draw_looks(axes: Axes, file: ResultFile, n: int) -> None:
+    """Draw severity over the first look; colours tell disks that were certain to be computed."""
+    every = file.read("look"), severities(file), file.read("inclusion")
+    look, size, inclusion = (values[:n][in_full(file)[:n]][:MOST] for values in every)
+    for chosen, color, words in (
+        (inclusion == 1.0, BLUE, "computed in any case"),
+        (inclusion < 1.0, ORANGE, "drawn, each stands for several"),
+    ):
+        axes.plot(look[chosen], size[chosen], ".", ms=4, color=color, label=words)
+    axes.axhline(1.0, color=BLACK, lw=1.2, ls=":", label="limit")
+    axes.set(xlabel="first look, part of the limit", ylabel="full result, part of the limit")
+
+
+def _draw_tail(axes: Axes, file: ResultFile, n: int) -> None:
+    """Draw the probability of exceeding parts of the limit, with extrapolations."""
+    size, inclusion, computed = severities(file)[:n], file.read("inclusion")[:n], in_full(file)[:n]
+    known = computed & np.isfinite(size)
+    low, high = np.quantile(size[known], 0.3), max(1.0, size[known].max())
+    at = np.linspace(low, high + 0.1 * (high - low), 40)
+    chance = np.array([estimate(count(computed & ~(size <= one), inclusion)) for one in at]).T
+    some = chance[0] > 0.0
+    bars = np.abs(chance[1:] - chance[0])[:, some]
+    axes.errorbar(
+        at[some], chance[0, some], bars, fmt="o", ms=4, color=BLUE, capsize=2, label="disks"
+    )
+    varied = np.ptp(size[known]) > 0.0
+    curves = extrapolated(size[known], 1.0 / inclusion[known], at) if varied else {}
+    for color, (name, (least, middle, most)) in zip((ORANGE, GREEN), curves.items(), strict=False):
+        axes.fill_between(at, least, most, color=color, alpha=0.2, lw=0)
+        axes.plot(at, middle, "--", lw=1.2, color=color, label=f"extrapolation: {name}")
+    axes.axvline(1.0, color=BLACK, lw=1.2, ls=":", label="limit")
+    axes.set(yscale="log", ylim=(0.1 / n, 1.3))
+    axes.set(xlabel="part of the limit", ylabel="probability of exceeding it")
+
+
+@figure("patterns", what="patterns of blade types, ranked", main=True)
+def patterns(canvas: Canvas, file: ResultFile) -> None:
+    """Percentile of the linear amplification of all patterns, and of those left beside contact.
+
+    Every pattern is drawn with the disks that it had when it was dropped; the dotted line is the
+    disk without a pattern.
+    """
+    rounds = Rounds(file)
+    in_contact = np.isfinite(file.read("contact_amplitude_m")).any()
+    panels = canvas.panels(1, 3 if in_contact else 2, (17.0 if in_contact else 12.0, 5.2))[0]
+    _draw_all(panels[0], file, rounds)
+    rows = [*rounds.left, 0]
+    for panel in panels[1:]:
+        _rows(panel, [""] * len(rows))
+        panel.locator_params(axis="x", nbins=6)
+    panels[1].set_yticklabels([in_letters(rounds.words[p]) for p in rows], family="monospace")
+    _draw_left(panels[1], file, rounds, rows)
+    if in_contact:
+        _draw_contact(panels[2], file, rows)
+
+
+def _rows(axes: Axes, names: list[str]) -> None:
+    """Give the axis of heights a row for each name, from the top."""
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.4, -0.6)
+    axes.grid(visible=False, axis="y")
+
+
+def _draw_all(axes: Axes, file: ResultFile, rounds: Rounds) -> None:
+    """Draw the percentile of every pattern, sorted; the shade tells the number of its disks."""
+    order = 1 + np.argsort(rounds.percentile[1:])
+    place = np.arange(1, len(order) + 1)
+    for n in sorted(set(rounds.n_disks[1:])):
+        these = rounds.n_disks[order] == n
+        shade = 0.25 + 0.75 * np.log(max(n, 2)) / np.log(max(rounds.most, 2))
+        axes.plot(place[these], rounds.percentile[order][these], ".", ms=5, color=BLUE, alpha=shade)
+    axes.axhline(rounds.percentile[0], color=BLACK, lw=1.2, ls=":", label="no pattern")
+    axes.plot([], [], ".", ms=7, color=BLUE, label="patterns; the darker, the more disks")
+    at = file.config.patterns.percentile
+    axes.set(xlabel="rank", ylabel=f"percentile {at:g} of the linear amplification")
+
+
+def _draw_left(axes: Axes, file: ResultFile, rounds: Rounds, rows: list[int]) -> None:
+    """Draw linear amplifications of the last patterns: median, and the percentile that ranks."""
+    at = 50.0, file.config.patterns.percentile
+    for place, p in enumerate(rows):
+        values = file.read("amplification", p)[: rounds.n_disks[p]]
+        values = np.where(np.isfinite(values), values, np.inf)  # flutter ranks as the worst
+        middle, high = np.percentile(values, at, method="higher")
+        axes.plot([middle, high], [place, place], "-", color=BLUE, lw=1.0)
+        axes.plot(middle, place, "o", color=BLUE, ms=5, label="median")
+        axes.plot(high, place, "^", color=BLUE, ms=7, label=f"percentile {at[1]:g}")
+    axes.set(xlabel="linear amplification", title="patterns left")
+
+
+def _draw_contact(axes: Axes, file: ResultFile, rows: list[int]) -> None:
+    """Draw the largest amplitudes in contact of the disks of the last patterns."""
+    axes.plot([], [], ".", color="0.6", label="a disk")
+    for place, p in enumerate(rows):
+        size = 1e3 * file.read("contact_amplitude_m", p)
+        size = size[np.isfinite(size)]
+        axes.plot(size, np.full(len(size), place), ".", color="0.6", ms=4)
+        if size.size:
+            axes.plot(np.median(size), place, "o", color=ORANGE, ms=6, label="median in contact")
+    axes.set(xlabel="largest amplitude in contact [mm]", title="the same in contact")
+
+
+@figure("checklist", what="changes of the amplitude with one thing changed", main=True)
+def checklist(canvas: Canvas, file: ResultFile) -> None:
+    """Mean change of the largest amplitudes of a few disks, and every disk as a dot.
+
+    Bars are 95 % intervals of the mean. Blue: of the computation; orange: of an input.
+    """
+    size = file.read("peak_amplitude_m")
+    size[np.isinf(size)] = np.nan  # disks without a result
+    changes = moved(size)
+    rows = [n for n, change in enumerate(changes, 1) if np.isfinite(change[0])]
+    axes = canvas.panels(1, 1, (9.5, 1.6 + 0.42 * len(rows)))[0, 0]
+    axes.axvspan(-100 * LEAST, 100 * LEAST, color="0.92", zorder=0, label="below 1 %")
+    axes.axvline(0.0, color=BLACK, lw=1.0)
+    for place, n in enumerate(rows):
+        mean, error, _ = changes[n - 1]
+        colour = BLUE if CHANGES[n].is_error else ORANGE
+        single = 100 * (size[n] / size[0] - 1.0)
+        axes.plot(single, np.full(len(single), place), ".", color="0.6", ms=5, zorder=1)
+        axes.errorbar(100 * mean, place, xerr=100 * error, fmt="o", color=colour, capsize=4, ms=7)
+    axes.plot([], [], "o", color=BLUE, label="of the computation")
+    axes.plot([], [], "o", color=ORANGE, label="of an input")
+    axes.plot([], [], ".", color="0.6", label="a disk")
+    _rows(axes, [CHANGES[n].what for n in rows])
+    axes.set_xlabel("change of the largest amplitude [%]")
