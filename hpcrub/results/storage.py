@@ -14,7 +14,7 @@ import datetime
 import os
 import shutil
 import stat
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, Self
@@ -169,11 +169,18 @@ class ResultFile:
     that the file holds everything that its study needs.
     """
 
-    def __init__(self, path: str | Path, comm: Any = None, mode: str = "r") -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        comm: Any = None,
+        mode: str = "r",
+        check: Callable[[Self], None] = lambda file: None,
+    ) -> None:
         """Open a file; collective with several ranks.
 
         comm: MPI communicator of the ranks that open it, None for one process.
         mode: "r" to read, "r+" to write too.
+        check: called with the open file, which an exception from it closes.
         Raises InputError when it is no result file, or its layout is unknown to this program.
         """
         self.path = Path(path).expanduser()
@@ -192,6 +199,7 @@ class ResultFile:
         try:
             self._check_layout()
             self.config = self._config()
+            check(self)
         except BaseException:
             self._file.close()
             raise
