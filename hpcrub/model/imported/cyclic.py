@@ -139,11 +139,12 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
     return float((parts * model.contact_normal).sum() / np.abs(parts[:, 1]).sum())
 
 
-def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.ndarray:
+def nodal_diameters(shapes: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Nodal diameters of every mode from displacements of corresponding points of all blades.
 
     shapes: (p, N, K) p displacements of N blades in K modes; angle: (N,) [rad]. Returns (K,) int.
     """
+    n_blades = len(angle)
     orders = np.arange(n_blades // 2 + 1)
     wave = np.exp(-1j * orders[:, None] * angle)  # (orders, N)
     size = (np.abs(np.einsum("hn,pnk->hpk", wave, shapes)) ** 2).sum(axis=1)
@@ -152,8 +153,7 @@ def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.
 
 def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Nodal diameters of every mode (K,) int from displacements of all contact points."""
-    like, angles = of_blades(shapes, blade, angle)
-    return nodal_diameters(like, angles, len(angles))
+    return nodal_diameters(*of_blades(shapes, blade, angle))
 
 
 def of_blades(
@@ -181,8 +181,7 @@ def tuned_tips(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
 
 def tuned_diameters(reduced: ReducedModel) -> np.ndarray:
     """Nodal diameters of the tuned modes (m,) int, from the motion of the contact points."""
-    blades, angle = tuned_tips(reduced)
-    return nodal_diameters(blades, angle, len(angle))
+    return nodal_diameters(*tuned_tips(reduced))
 
 
 def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
