@@ -64,8 +64,7 @@ def _fixed(held, dof):
     """Indices of held rows; held: (k, 1) nodes, or (k, 2) nodes and directions."""
     if held.shape[1] == 1:
         return np.flatnonzero(np.isin(dof[:, 0], held[:, 0]) & (dof[:, 1] > 0))
-    both = (dof[:, None, :] == held[None, :, :2]).all(axis=2)
-    return np.flatnonzero(both.any(axis=1))
+    return np.flatnonzero(np.isin(dof @ [1, 1j], held[:, :2] @ [1, 1j]))  # pairs, as one number
 
 
 def matrix(path: Path, n: int) -> sp.csr_array:
