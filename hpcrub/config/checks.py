@@ -182,7 +182,6 @@ def _steep_problems(c):
 
 
 def _ring_problems(casing):
-    """Yield error lines about an elastic casing."""
     ring, modes = casing.ring, casing.modes
     if not casing.vibrates:
         yield from (f"casing.ring.{n}: needs casing.ring.thickness_mm" for n in _changed(ring))

@@ -75,8 +75,7 @@ def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list
         V = np.hstack(columns)
         M = V.conj().T @ (model.mass @ V)
         values, vectors = np.linalg.eigh(M)
-        alike = values < DEPENDENT * values.max(initial=0.0)
-        T = vectors[:, ~alike]
+        T = vectors[:, values >= DEPENDENT * values.max(initial=0.0)]
         small = [T.conj().T @ (V.conj().T @ (K @ V)) @ T for K in model.stiffness]
         yield small, T.conj().T @ M @ T
 

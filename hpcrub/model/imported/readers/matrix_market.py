@@ -26,10 +26,8 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     nodes = _table(folder / "nodes.csv", 4)
     nodes = nodes[np.argsort(nodes[:, 0])]
     number = whole(nodes[:, 0], "nodes.csv")
-    if (np.diff(number) == 0).any():
-        raise InputError(
-            f"nodes.csv: node {number[:-1][np.diff(number) == 0][0]} stands there twice"
-        )
+    if len(twice := number[1:][np.diff(number) == 0]):
+        raise InputError(f"nodes.csv: node {twice[0]} stands there twice")
     dof = whole(_table(folder / "dof.csv", 2), "dof.csv")
     placed = dof[:, 1] > 0  # rows of direction 0 belong to no node
     place = places(np.where(placed, dof[:, 0], number[0]), number, "dof.csv")
