@@ -83,7 +83,7 @@ def _try(run, problem):
     study, config = run
     problem, inputs = problem or build_problem(config), study.tried(config)
     if study.integrates:
-        warm_up(Team(), config, problem, study.histories, progress.Progress(config))
+        warm_up(Team(), config, problem, study.histories)
         disks = "one disk" if len(inputs) == 1 else f"one disk at {len(inputs)} values of the key"
         say(f"trial:                {disks}, for about {len(inputs) * cost.LONGEST:g} s at most")
     seconds, touch = [], not study.integrates

@@ -156,7 +156,7 @@ def _clearance_problems(c):
             f"casing.blade_clearance_mm: {len(blades)} values given for the {c.disk.n_blades} "
             "blades of the disk"
         )
-    if c.casing.is_resolved and c.speeds.from_hz <= c.speeds.to_hz:
+    if c.casing.is_resolved and _can_be_listed(c.speeds):
         least = 1e3 * c.clearance
         if min(blades) + least < 0.0:
             yield (
@@ -165,8 +165,15 @@ def _clearance_problems(c):
             )
 
 
+def _can_be_listed(speeds):
+    """Whether there are speeds, and not too many; `_run_problems` says it of any others."""
+    return speeds.from_hz <= speeds.to_hz and speeds.n_values <= MAX_SPEEDS
+
+
 def _steep_problems(c):
-    if c.casing.is_resolved and (steps := resolution.least_steps(c)) > MOST_STEPS:
+    if not (c.casing.is_resolved and _can_be_listed(c.speeds)):
+        return
+    if (steps := resolution.least_steps(c)) > MOST_STEPS:
         yield (
             f"casing: its narrowest crest needs {steps:,.0f} time steps a turn, more than "
             f"{MOST_STEPS:,}; widen its bumps (casing.bump_width), lengthen casing.smoothing_mm "
@@ -175,7 +182,6 @@ def _steep_problems(c):
 
 
 def _ring_problems(casing):
-    """Yield error lines about an elastic casing."""
     ring, modes = casing.ring, casing.modes
     if not casing.vibrates:
         yield from (f"casing.ring.{n}: needs casing.ring.thickness_mm" for n in _changed(ring))

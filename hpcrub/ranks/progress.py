@@ -66,8 +66,9 @@ def say(line: str) -> None:
     console().print(line, soft_wrap=True)
 
 
-def print_line(out: Console, text: str) -> None:
+def print_line(text: str) -> None:
     """Print a line: unbroken into a log, wrapped at words on a terminal."""
+    out = console()
     out.print(text, soft_wrap=not out.is_terminal)
 
 
@@ -79,9 +80,7 @@ class Progress:
         self.began = self.shown = time.monotonic()
         self.already = self.done = self.total = 0
 
-    def say(self, text: str) -> None:
-        """Print a line."""
-        print_line(console(), text)
+    say = staticmethod(print_line)
 
     def part(
         self, what: str, n_done: int, n_total: int, n_now: int = 0, expected: int | None = None

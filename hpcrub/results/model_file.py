@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from hpcrub.errors import InputError, reading, reason
-from hpcrub.results.ownership import move
+from hpcrub.results.ownership import replacing
 from hpcrub.results.storage import read_arrays, write_arrays
 
 SUFFIXES = ".h5", ".hdf5"
@@ -36,12 +36,9 @@ def write(path: str | Path, arrays: dict, overwrite: bool = False) -> None:
     Raises InputError as `require_free` does, and when the file cannot be written.
     """
     require_free(path, overwrite)
-    path = Path(path)
-    part = path.with_name(path.name + ".hpcrub-part")
     try:
-        part.parent.mkdir(parents=True, exist_ok=True)
-        write_arrays(part, arrays)
-        move(part, path)
+        with replacing(path) as part:
+            write_arrays(part, arrays)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({reason(error)})") from None
 

@@ -4,6 +4,7 @@ import contextlib
 import errno
 import fcntl
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from hpcrub.errors import InputError, reason
@@ -73,3 +74,21 @@ def move(path: str | Path, to: str | Path) -> None:
     with open(path, "rb") as file:
         os.fsync(file.fileno())
     os.replace(path, to)
+
+
+@contextlib.contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Yield a name beside `path` for a new file, which replaces it once the block has ended.
+
+    After an error nothing is left of the new file. Raises OSError.
+    """
+    part = Path(f"{path}.hpcrub-part")
+    try:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        part.unlink(missing_ok=True)  # left by a job that was killed
+        yield part
+        move(part, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise

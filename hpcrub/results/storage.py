@@ -14,7 +14,7 @@ import datetime
 import os
 import shutil
 import stat
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, Self
@@ -56,24 +56,19 @@ def lay_out(path: str | Path, plan: Plan) -> None:
     small, or a file of that name is no result of hpcrub.
     """
     path = os.path.realpath(path)
-    part = Path(f"{path}.hpcrub-part")
     refuse_foreign(path)
     try:
-        part.parent.mkdir(parents=True, exist_ok=True)
-        part.unlink(missing_ok=True)  # left by a job that was killed
-        ownership.reserve(part, file_size(plan.lines, plan.lengths))
-        with h5py.File(part, "w", **LIBVER, **SERIAL) as file:
-            _write_attributes(file, plan)
-            for line in plan.lines:
-                _create_dataset(file, line, plan.lengths)
-            for name, values in plan.values.items():
-                file[name][...] = values
-            _attach_scales(file, plan)
-        ownership.reserve(part, part.stat().st_size, "r+b")  # holes of texts not written yet
-        ownership.move(part, path)
+        with ownership.replacing(path) as part:
+            ownership.reserve(part, file_size(plan.lines, plan.lengths))
+            with h5py.File(part, "w", **LIBVER, **SERIAL) as file:
+                _write_attributes(file, plan)
+                for line in plan.lines:
+                    _create_dataset(file, line, plan.lengths)
+                for name, values in plan.values.items():
+                    file[name][...] = values
+                _attach_scales(file, plan)
+            ownership.reserve(part, part.stat().st_size, "r+b")  # holes of texts not written yet
     except (OSError, RuntimeError) as error:  # h5py raises both on a full disk
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
         raise InputError(f"cannot write {path}: {reason(error)}") from None
 
 
@@ -104,12 +99,12 @@ def note_program(path: str | Path) -> None:
     It changes a copy, which then replaces the file: a kill harms nothing. Raises OSError.
     """
     path = os.path.realpath(path)
-    part = shutil.copyfile(path, f"{path}.hpcrub-part")
-    with h5py.File(part, "r+", **LIBVER, **SERIAL) as file:
-        for name, value in provenance.origin().items():
-            known = str(_words(file.attrs.get(name, value))).split(", ")
-            file.attrs[name] = _text(", ".join(dict.fromkeys([*known, value])))
-    ownership.move(part, path)
+    with ownership.replacing(path) as part:
+        shutil.copyfile(path, part)
+        with h5py.File(part, "r+", **LIBVER, **SERIAL) as file:
+            for name, value in provenance.origin().items():
+                known = str(_words(file.attrs.get(name, value))).split(", ")
+                file.attrs[name] = _text(", ".join(dict.fromkeys([*known, value])))
 
 
 def _create_dataset(file, line, length):
@@ -169,11 +164,18 @@ class ResultFile:
     that the file holds everything that its study needs.
     """
 
-    def __init__(self, path: str | Path, comm: Any = None, mode: str = "r") -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        comm: Any = None,
+        mode: str = "r",
+        check: Callable[[Self], None] = lambda file: None,
+    ) -> None:
         """Open a file; collective with several ranks.
 
         comm: MPI communicator of the ranks that open it, None for one process.
         mode: "r" to read, "r+" to write too.
+        check: called with the open file, which an exception from it closes.
         Raises InputError when it is no result file, or its layout is unknown to this program.
         """
         self.path = Path(path).expanduser()
@@ -192,6 +194,7 @@ class ResultFile:
         try:
             self._check_layout()
             self.config = self._config()
+            check(self)
         except BaseException:
             self._file.close()
             raise

@@ -22,12 +22,12 @@ def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
         for number, cells in enumerate(csv.reader(text.splitlines()), 1)
         if any(cells) and not cells[0].lstrip().startswith("#")
     ]
+    first = lines[0][0] if lines else 0
+    names: tuple[str, ...] = ()
+    if lines and _number(lines[0][1][0]) is None:
+        names = tuple(lines.pop(0)[1])
     if not lines:
         raise InputError(f"{path}: an empty table")
-    names: tuple[str, ...] = ()
-    first = lines[0][0]
-    if _number(lines[0][1][0]) is None:
-        names = tuple(lines.pop(0)[1])
     width = len(names or lines[0][1])
     for number, cells in lines:
         if len(cells) != width:

@@ -16,6 +16,7 @@ from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import RunLog
 from hpcrub.results import ownership, storage, trouble
+from hpcrub.results.storage import ResultFile
 from hpcrub.runs import memory, result_files
 from hpcrub.runs.study import Run
 from hpcrub.setup.laws import law_of
@@ -133,9 +134,7 @@ def execute(
 def _compute(team, run, prepared, warnings, log):
     """Open the result file, compute what it lacks, and close it."""
     check = partial(result_files.check, run=run)
-    file = team.together(
-        lambda: result_files.open_checked(run.config.output, check, "r+", team.comm)
-    )
+    file = team.together(lambda: ResultFile(run.config.output, team.comm, "r+", check))
     try:
         _fill(team, run, prepared, warnings, file, log)
     except HpcrubError as error:

@@ -1,8 +1,6 @@
 """Layout, checks and resumption of the result files of runs, from the datasets of their study."""
 
 import itertools
-import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -50,25 +48,6 @@ def _lines(run):
 def file_size(run: Run) -> int:
     """Size of the result file of a run [bytes]."""
     return layout.file_size(_lines(run), run.sizes())
-
-
-def open_checked(
-    path: str | os.PathLike[str],
-    check: Callable[[ResultFile], None],
-    mode: str = "r",
-    comm: Any = None,
-) -> ResultFile:
-    """Open a result file and check it; an exception of the check closes the file.
-
-    mode, comm: see `ResultFile`.
-    """
-    file = ResultFile(Path(path), comm, mode)
-    try:
-        check(file)
-    except BaseException:
-        file.close()
-        raise
-    return file
 
 
 def check(file: ResultFile, run: Run) -> None:

@@ -13,7 +13,7 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import Progress, amount, console, print_line
+from hpcrub.ranks.progress import Progress, amount, print_line
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import history
 from hpcrub.response.wear import N_ANGLES
@@ -83,7 +83,7 @@ class Job:
         """Compile the kernel, or load it, before anything is measured (all ranks)."""
         self.phase("loading the kernel")
         problem = self.study.problem_of(self.prepared)
-        warm_up(self.team, self.config, problem, self.study.histories, self.progress)
+        warm_up(self.team, self.config, problem, self.study.histories)
         self.begin()
 
     def begin(self) -> None:
@@ -253,7 +253,7 @@ class Study:
     def print_results(self, file: ResultFile) -> None:
         """Print verdict and results."""
         for line in (*verdict.in_words(self.verdict(file)), *self.report(file)):
-            print_line(console(), line)
+            print_line(line)
 
 
 class StudyInTime(Study):

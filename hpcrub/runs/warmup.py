@@ -7,24 +7,22 @@ from hpcrub.config.schema import Config
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import Progress
+from hpcrub.ranks.progress import print_line
 from hpcrub.response import history, sweep
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import Problem
 
 
-def warm_up(
-    team: Team, config: Config, problem: Problem, histories: bool, progress: Progress | None
-) -> None:
+def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> None:
     """Load all compiled code of a study on all ranks, so that later they can stop promptly.
 
     Rank 0 compiles the code, and the others load it; without a cache folder every rank compiles.
     The code depends on disk, contact law and `histories`: whether the study keeps motions.
     """
     tuned = modes_of(config, problem, np.zeros(config.disk.n_blades))
-    if progress:
-        progress.say("loading the kernel; a new one is compiled first, in half a minute")
+    if team.rank == 0:
+        print_line("loading the kernel; a new one is compiled first, in half a minute")
     if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
         team.on_root(lambda: _load(tuned, problem.scene, histories))
     _load(tuned, problem.scene, histories)

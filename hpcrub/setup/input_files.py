@@ -92,8 +92,6 @@ def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -
     """Deviations (disks, N) in a table of patterns [-]; cached, because every sample reads it."""
     model_file.require("mistuning.pattern", path, checksum)
     values = tables.read(path)[1]
-    if values.size == 0:
-        raise InputError(f"mistuning.pattern: {path}: empty")
     deviations = np.array([deviation_of(row, unit, young_modulus_gpa) for row in values])
     if problem := pattern_problem(values, deviations, unit):
         raise InputError(f"mistuning.pattern: {path}: {problem}")

@@ -37,4 +37,4 @@ def open_result(
             result_files.check_config(file, config)
         result_files.check(file, run_of(file.config))
 
-    return result_files.open_checked(path, check, mode)
+    return ResultFile(path, None, mode, check)

@@ -84,7 +84,7 @@ def _diameters(shapes, n_blades):
     """Nodal diameters of modes (n, K) whose dof are sorted by sector, each in its own frame."""
     sectors = shapes.reshape(n_blades, -1, shapes.shape[1])
     angle = 2 * np.pi * np.arange(n_blades) / n_blades
-    return cyclic.nodal_diameters(sectors.swapaxes(0, 1), angle, n_blades)
+    return cyclic.nodal_diameters(sectors.swapaxes(0, 1), angle)
 
 
 def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:

@@ -51,6 +51,9 @@ WRONG = [
     ("reduction: {n_modes: 217}", "reduction.n_modes: 217 is more than the 216 fixed-interface"),
     ("speeds: {from_hz: 36}", "speeds.to_hz: 35.5 is below speeds.from_hz, 36.0: no speeds"),
     ("speeds: {step_hz: 1e-6}", "speeds.step_hz: 1e-06 gives 2,000,001 speeds; at most 100,000"),
+    ("casing: {clearance_hz_mm: [[1, 0.3], [1e5, 0.2]]}\nspeeds: {from_hz: 36}", "no speeds"),
+    ("casing: {clearance_hz_mm: [[1, 0.3], [1e5, 0.2]]}\n"
+     "speeds: {from_hz: 1, to_hz: 1e5, step_hz: 1e-6}", "gives 99,999,000,001 speeds; at most"),
     ("steady_state: {max_time_s: 0.4}", "steady_state.max_time_s: 0.4 is below steady_state.first"),
     ("convergence: {percentiles: [50, 1]}", "percentiles: [50.0, 1.0] are not increasing"),
     ("mistuning: {pattern_unit: gpa, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}",

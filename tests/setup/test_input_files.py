@@ -6,6 +6,7 @@ import pytest
 from hpcrub import plot
 from hpcrub.commands import run as cli
 from hpcrub.config import parts
+from hpcrub.config.casing import CasingMode
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.setup import input_files
@@ -81,6 +82,21 @@ def test_a_profile_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, wo
 )
 def test_a_table_that_never_ends_is_refused(keys, words):
     assert words in refusal(input_files.resolved, Config.from_yaml(keys))
+
+
+@pytest.mark.parametrize(
+    ("key", "names"),
+    [
+        ("casing.modes_csv", ",".join(CasingMode.model_fields)),
+        ("aero.waves_csv", "diameters,damping_ratio,frequency_shift"),
+        ("mistuning.pattern", "one,two"),
+    ],
+)
+def test_a_table_of_names_alone_is_refused(tmp_path, key, names):
+    """Without any mode or wave the study went on, to a traceback."""
+    (tmp_path / "names.csv").write_text(names + "\n")
+    config = Config().replace({key: str(tmp_path / "names.csv")})
+    assert "names.csv: an empty table" in refusal(input_files.resolved, config)
 
 
 def test_a_result_keeps_its_profile_and_refuses_another(folder, capfd):

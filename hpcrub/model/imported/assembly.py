@@ -169,9 +169,7 @@ def blade_numbers(arrays: dict) -> np.ndarray:
     x, y = (np.bincount(group, nodes[contact_node, axis]) for axis in (0, 1))
     pitch = 2 * np.pi / len(x)
     turn = np.mod(np.arctan2(y, x) + pitch / 2, 2 * np.pi)  # the first blade may lie about 0
-    order = np.empty(len(x), dtype=np.int64)
-    order[np.argsort(turn)] = np.arange(len(x))
-    return order[group]
+    return np.argsort(np.argsort(turn))[group]  # the rank of each in the order by angle
 
 
 def blade_of_rows(disk: NeutralModel) -> np.ndarray:

@@ -75,8 +75,7 @@ def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list
         V = np.hstack(columns)
         M = V.conj().T @ (model.mass @ V)
         values, vectors = np.linalg.eigh(M)
-        alike = values < DEPENDENT * values.max(initial=0.0)
-        T = vectors[:, ~alike]
+        T = vectors[:, values >= DEPENDENT * values.max(initial=0.0)]
         small = [T.conj().T @ (V.conj().T @ (K @ V)) @ T for K in model.stiffness]
         yield small, T.conj().T @ M @ T
 
@@ -139,11 +138,12 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
     return float((parts * model.contact_normal).sum() / np.abs(parts[:, 1]).sum())
 
 
-def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.ndarray:
+def nodal_diameters(shapes: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Nodal diameters of every mode from displacements of corresponding points of all blades.
 
     shapes: (p, N, K) p displacements of N blades in K modes; angle: (N,) [rad]. Returns (K,) int.
     """
+    n_blades = len(angle)
     orders = np.arange(n_blades // 2 + 1)
     wave = np.exp(-1j * orders[:, None] * angle)  # (orders, N)
     size = (np.abs(np.einsum("hn,pnk->hpk", wave, shapes)) ** 2).sum(axis=1)
@@ -152,8 +152,7 @@ def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.
 
 def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Nodal diameters of every mode (K,) int from displacements of all contact points."""
-    like, angles = of_blades(shapes, blade, angle)
-    return nodal_diameters(like, angles, len(angles))
+    return nodal_diameters(*of_blades(shapes, blade, angle))
 
 
 def of_blades(
@@ -181,8 +180,7 @@ def tuned_tips(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
 
 def tuned_diameters(reduced: ReducedModel) -> np.ndarray:
     """Nodal diameters of the tuned modes (m,) int, from the motion of the contact points."""
-    blades, angle = tuned_tips(reduced)
-    return nodal_diameters(blades, angle, len(angle))
+    return nodal_diameters(*tuned_tips(reduced))
 
 
 def error_between(model: NeutralModel, speeds: np.ndarray) -> float:

@@ -5,7 +5,7 @@ import scipy.sparse as sp
 
 from hpcrub.model.imported.neutral import NeutralModel, row_table
 
-PAIRS = (1, 2), (4, 5)  # directions that turn together about z
+PARTNER = np.array([0, 2, 1, 0, 5, 4, 0])  # direction that turns with each about z; 0: none
 
 
 def node_angle(nodes: np.ndarray) -> np.ndarray:
@@ -55,19 +55,15 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
 
 def turn(dof: np.ndarray, nodes: np.ndarray) -> sp.csr_array:
     """Matrix from cylindrical to Cartesian displacements of all rows, (n, n) sparse."""
-    table, angle = row_table(dof, len(nodes)), node_angle(nodes)
-    values = np.ones(len(dof))
-    rows, columns, off = [np.arange(len(dof))], [np.arange(len(dof))], []
-    for first, second in PAIRS:
-        usable = (table[:, first] >= 0) & (table[:, second] >= 0) & np.isfinite(angle)
-        i, j = table[usable, first], table[usable, second]
-        values[i] = values[j] = np.cos(angle[usable])
-        sine = np.sin(angle[usable])
-        rows += [i, j]
-        columns += [j, i]
-        off += [-sine, sine]
-    data = np.concatenate([values, *off])
-    return sp.csr_array((data, (np.concatenate(rows), np.concatenate(columns))))
+    node, direction = dof.T
+    partner = row_table(dof, len(nodes))[node, PARTNER[direction]]
+    angle, every = node_angle(nodes)[node], np.arange(len(dof))
+    turns = (partner >= 0) & np.isfinite(angle)
+    along = np.where(turns, np.cos(angle), 1.0)
+    across = np.where(direction < PARTNER[direction], -np.sin(angle), np.sin(angle))
+    rows = np.concatenate([every, every[turns]])
+    columns = np.concatenate([every, partner[turns]])
+    return sp.csr_array((np.concatenate([along, across[turns]]), (rows, columns)))
 
 
 def about_z(arrays: dict, axis: str) -> None:

@@ -127,7 +127,7 @@ def open_contact(path: str | Path) -> ResultFile:
             raise InputError(f"{path} is of the study {file.config.study}, not contact")
         result_files.check(file, Run(STUDY, file.config))
 
-    return result_files.open_checked(path, check)
+    return ResultFile(path, check=check)
 
 
 def require_complete(file: ResultFile, config: Config) -> None:

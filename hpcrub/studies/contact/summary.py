@@ -24,7 +24,7 @@ def print_results(file: ResultFile) -> None:
     out, counts = console(), survey.survey(file)
     lines = trust.lines(file, counts)
     for line in verdict.in_words(lines):
-        print_line(out, line)
+        print_line(line)
     if file.config.pattern_deviation is not None:
         out.print(pattern_table(file))
     elif measured.are_few(file):
@@ -39,7 +39,7 @@ def print_results(file: ResultFile) -> None:
                 out.print(interval_table(file, of_coating=True))
             if file.config.observes_stress:
                 out.print(stress_table(file))
-    print_line(out, tuned_line(file))
+    print_line(tuned_line(file))
     for line in (
         *limits.largest_line(file, counts),
         *limits.engines_lines(file, verdict.is_usable(lines)),
@@ -48,7 +48,7 @@ def print_results(file: ResultFile) -> None:
         *limits.limit_lines(file, verdict.is_usable(lines)),
         *point_lines(counts),
     ):
-        print_line(out, line)
+        print_line(line)
 
 
 def tuned_line(file: ResultFile) -> str:

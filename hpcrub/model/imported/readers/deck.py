@@ -1,5 +1,6 @@
 """Nodes, elements and node sets of keyword decks, as CalculiX and Abaqus read them."""
 
+from collections import defaultdict
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,15 +23,16 @@ class Deck(NamedTuple):
 def read(path: str | Path) -> Deck:
     """Read a deck with its included files. Raises InputError: unreadable, or without nodes."""
     nodes: dict = {}
-    sets: dict = {}
+    sets: dict = defaultdict(set)
     elements: list = []
     for keyword, options, lines in _blocks(Path(path)):
         try:
             if keyword == "NODE":
-                numbers = _nodes(lines, nodes)
-                _extend(sets, options.get("NSET"), numbers)
+                new = _nodes(lines)
+                nodes |= new
+                sets[options.get("NSET")].update(new)
             elif keyword == "NSET":
-                _extend(sets, options.get("NSET"), _set(lines, sets, "GENERATE" in options))
+                sets[options.get("NSET")].update(_set(lines, sets, "GENERATE" in options))
             elif keyword == "ELEMENT":
                 elements += _elements(options.get("TYPE", ""), lines)
         except (ValueError, IndexError):
@@ -38,7 +40,7 @@ def read(path: str | Path) -> Deck:
     if not nodes:
         raise InputError(f"{path}: no nodes (*NODE)")
     number = np.array(sorted(nodes), dtype=np.int64)
-    unique = {name: np.array(sorted(numbers)) for name, numbers in sets.items()}
+    unique = {name: np.array(sorted(numbers)) for name, numbers in sets.items() if name}
     return Deck(number, np.array([nodes[k] for k in number]), unique, elements)
 
 
@@ -81,13 +83,10 @@ def _lines(path, outer=()):
             yield line
 
 
-def _nodes(lines, nodes):
-    numbers = []
-    for line in lines:
-        number, *place = line.rstrip(",").split(",")
-        numbers.append(int(number))
-        nodes[numbers[-1]] = [float(x) for x in (place + ["0"] * 3)[:3]]
-    return numbers
+def _nodes(lines):
+    """{number: coordinates} of all nodes; those that a line leaves out are zero."""
+    rows = (line.rstrip(",").split(",") for line in lines)
+    return {int(number): [float(x) for x in (place + ["0"] * 3)[:3]] for number, *place in rows}
 
 
 def _set(lines, sets, generate):
@@ -99,11 +98,6 @@ def _set(lines, sets, generate):
             raise ValueError  # a typing error: so many nodes would fill the memory
         return set().union(*numbers)
     return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))
-
-
-def _extend(sets, name, numbers):
-    if name:
-        sets.setdefault(name, set()).update(numbers)
 
 
 def _elements(kind, lines):

@@ -26,10 +26,8 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     nodes = _table(folder / "nodes.csv", 4)
     nodes = nodes[np.argsort(nodes[:, 0])]
     number = whole(nodes[:, 0], "nodes.csv")
-    if (np.diff(number) == 0).any():
-        raise InputError(
-            f"nodes.csv: node {number[:-1][np.diff(number) == 0][0]} stands there twice"
-        )
+    if len(twice := number[1:][np.diff(number) == 0]):
+        raise InputError(f"nodes.csv: node {twice[0]} stands there twice")
     dof = whole(_table(folder / "dof.csv", 2), "dof.csv")
     placed = dof[:, 1] > 0  # rows of direction 0 belong to no node
     place = places(np.where(placed, dof[:, 0], number[0]), number, "dof.csv")
@@ -64,8 +62,7 @@ def _fixed(held, dof):
     """Indices of held rows; held: (k, 1) nodes, or (k, 2) nodes and directions."""
     if held.shape[1] == 1:
         return np.flatnonzero(np.isin(dof[:, 0], held[:, 0]) & (dof[:, 1] > 0))
-    both = (dof[:, None, :] == held[None, :, :2]).all(axis=2)
-    return np.flatnonzero(both.any(axis=1))
+    return np.flatnonzero(np.isin(dof @ [1, 1j], held[:, :2] @ [1, 1j]))  # pairs, as one number
 
 
 def matrix(path: Path, n: int) -> sp.csr_array:

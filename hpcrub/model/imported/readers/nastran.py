@@ -37,16 +37,17 @@ def read(
     number = np.array(sorted(grid.nodes))
     place = np.array([grid.nodes[k].get_position() for k in number])
     corners = [element.node_ids for element in grid.elements.values()]
-    matrices = op4_matrices(path)
+    speeds = {0.0: path} | (stiffness or {})
+    files = {name: op4_matrices(name) for name in (*speeds.values(), blade) if name}
+    matrices = files[path]
     if lost := {STIFFNESS, MASS} - set(matrices):
         raise InputError(f"{path}: there is no matrix {min(lost)}; there are {', '.join(matrices)}")
     entries = abs(matrices[STIFFNESS]), abs(matrices[MASS])
     used = np.flatnonzero(sum(matrix.sum(axis=0) for matrix in entries) != 0)
-    speeds = {0.0: path} | (stiffness or {})
-    K = {speed: _rows(name, STIFFNESS, number, used) for speed, name in speeds.items()}
-    K_blade = _rows(blade, STIFFNESS, number, used) if blade else None
-    grid_points = Mesh(number, place, _numbers, corners)
-    return arrays_of(grid_points, lists, K, _rows(path, MASS, number, used), K_blade)
+    K = {speed: _rows(files, name, STIFFNESS, number, used) for speed, name in speeds.items()}
+    M = _rows(files, path, MASS, number, used)
+    K_blade = _rows(files, blade, STIFFNESS, number, used) if blade else None
+    return arrays_of(Mesh(number, place, _numbers, corners), lists, K, M, K_blade)
 
 
 def op4_matrices(path: File) -> dict:
@@ -54,12 +55,13 @@ def op4_matrices(path: File) -> dict:
     from pyNastran.op4.op4 import read_op4
 
     with reading(path):
-        matrices = read_op4(str(path), debug=None)
-    return {name.upper(): sp.csr_array(getattr(m, "data", m[1])) for name, m in matrices.items()}
+        read = read_op4(str(path), debug=None)  # older versions return pairs (form, matrix)
+        matrices = {key: m[1] if isinstance(m, tuple) else m.data for key, m in read.items()}
+        return {key.upper(): sp.csr_array(matrix) for key, matrix in matrices.items()}
 
 
-def _rows(path, name, number, used):
-    matrix = op4_matrices(path).get(name)
+def _rows(files, path, name, number, used):
+    matrix = files[path].get(name)
     n = DIRECTIONS * len(number)
     if matrix is None or matrix.shape != (n, n):
         raise InputError(
