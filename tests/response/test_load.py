@@ -1,10 +1,12 @@
 """A load that travels around the disk during contact: its response without contact is known."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from evidence.truth.disk import LOAD, reference_reduced, reference_scene
-from hpcrub.config.schema import Config
+from hpcrub.config.schema import Config, load_runs
 from hpcrub.contact.bank import allocate
 from hpcrub.model.casing import CasingShape, Profile
 from hpcrub.model.reduction import mistuned_modes
@@ -13,8 +15,10 @@ from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.scene import can_touch
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
+from hpcrub.setup.imported import resolved
 from hpcrub.setup.problem import build_problem, time_grid
 
+BLISK = Path(__file__).parents[2] / "inputs/blisk/contact.yaml"
 DAMPING = 0.05  # transients decay by 10⁻⁹ until the first check
 FREE = {
     "clearance": 1.0,
@@ -68,6 +72,14 @@ def test_the_first_family_is_looked_at_a_hundred_times_a_period():
     first = mistuned_modes(problem.reduced, np.zeros(12)).omega.min() / (2.0 * np.pi)
     looks = 34.0 * grid.steps_per_revolution / grid.look / first
     assert 95.0 < looks < 200.0
+
+
+def test_every_step_of_a_model_file_counts():
+    """More than one family moves its tips."""
+    config = resolved(load_runs(BLISK)[0].replace({"time.step_s": 1e-6}))
+    grids = [cut_revolution(speed, time_grid(config)) for speed in config.speeds.values_hz]
+    assert max(grid.stride for grid in grids) > 1
+    assert {grid.look for grid in grids} == {1}
 
 
 def test_it_stands_still_in_space_as_the_casing_does():
