@@ -1,8 +1,9 @@
 """One compilation policy for every numba kernel of the project.
 
-Compiled code is cached in a folder whose name depends on the package's place and sources: numba
-itself only checks the file of the function that it compiles, and would run stale code after a
-change in ``lanes.py``. Without a writable folder, every run compiles anew.
+Compiled code is cached in a folder whose name depends on the package's place and sources, inside
+that of ``NUMBA_CACHE_DIR`` if this is set: numba itself only checks the file of the function that
+it compiles, and would run stale code after a change in ``lanes.py``. Without a writable folder,
+every run compiles anew.
 """
 
 import contextlib
@@ -34,8 +35,8 @@ COMPILED_ROOMS = "contact", "model", "response"  # rooms with code that numba co
 def _cache_folder() -> str:
     """Folder for compiled code; "" where no folder can be written."""
     try:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        folder = base / "hpcrub" / "jit" / _name()
+        own = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+        folder = Path(own or Path.home() / ".cache") / "hpcrub" / "jit" / _name()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except (OSError, RuntimeError):  # read-only, or no home at all
         return ""
@@ -53,8 +54,7 @@ def _name():
     return digest.hexdigest()[:16]
 
 
-if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
-    numba.config.CACHE_DIR = _cache_folder()  # type: ignore[attr-defined]
+numba.config.CACHE_DIR = _cache_folder()  # type: ignore[attr-defined]
 
 
 class _Cache(FunctionCache):

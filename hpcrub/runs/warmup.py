@@ -13,6 +13,12 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import Problem
 
+LOADING = "loading the kernel; a new one is compiled first, in half a minute"
+COMPILING = (
+    "compiling the kernel on every rank, half a minute in every run: compiled code cannot be kept; "
+    "set NUMBA_CACHE_DIR or XDG_CACHE_HOME to a folder that can be written"
+)
+
 
 def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> None:
     """Load all compiled code of a study on all ranks, so that later they can stop promptly.
@@ -21,9 +27,10 @@ def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> No
     The code depends on disk, contact law and `histories`: whether the study keeps motions.
     """
     tuned = modes_of(config, problem, np.zeros(config.disk.n_blades))
+    kept = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     if team.rank == 0:
-        print_line("loading the kernel; a new one is compiled first, in half a minute")
-    if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
+        print_line(LOADING if kept else COMPILING)
+    if kept:
         team.on_root(lambda: _load(tuned, problem.scene, histories))
     _load(tuned, problem.scene, histories)
 

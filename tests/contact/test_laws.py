@@ -9,6 +9,7 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -38,6 +39,7 @@ PERIOD = 2.0 * (TOUCHING + np.pi / 3.0 / OMEGA)
 MODES = Modes.planar(np.full(1, OMEGA), np.ones((1, 1)), np.ones((1, 1)))
 TWO_TURNS = SteadyCriteria(first_check=0.0, window_revolutions=1, max_time=2.5 * PERIOD)
 STEPS = PERIOD / np.array([2000, 4000, 8000, 16000])
+CACHES = ["XDG_CACHE_HOME", "NUMBA_CACHE_DIR"]
 SCHEMES = ["central_difference", "exact_modal"]
 Spring.k = 4.0 * OMEGA**2
 
@@ -84,9 +86,13 @@ def test_a_history_has_its_motion_and_its_forces(name):
     assert 0.99 < fitted_order(STEPS, np.array(errors)) < 1.01
 
 
-def test_a_copy_of_the_program_and_a_change_have_their_own_compiled_code(tmp_path, monkeypatch):
+@pytest.mark.parametrize("variable", CACHES)
+def test_a_copy_of_the_program_and_a_change_have_their_own_compiled_code(
+    variable, tmp_path, monkeypatch
+):
     """numba looks at the file of the function alone: a change in ``lanes.py`` it would not see."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv(variable, str(tmp_path))
     folders = [jit._cache_folder()]
     shutil.copytree(ROOT / "hpcrub", tmp_path / "clone" / "hpcrub")
     monkeypatch.setattr(jit, "__file__", str(tmp_path / "clone" / "hpcrub" / "contact" / "jit.py"))
@@ -95,10 +101,12 @@ def test_a_copy_of_the_program_and_a_change_have_their_own_compiled_code(tmp_pat
         file.write("# changed\n")
     folders.append(jit._cache_folder())
     assert len(set(folders)) == 3
+    assert all(Path(folder).is_relative_to(tmp_path / "hpcrub") for folder in folders)
 
 
 def test_no_folder_for_compiled_code_is_no_error(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert jit._cache_folder() == ""
 
@@ -140,19 +148,24 @@ assert first(Kind((2.0,))) == 3.0
 """
 
 
-def test_code_compiled_for_a_law_from_elsewhere_does_not_bar_who_lacks_that_law(tmp_path):
+@pytest.mark.parametrize("variable", CACHES)
+def test_code_compiled_for_a_law_from_elsewhere_does_not_bar_who_lacks_that_law(variable, tmp_path):
     (tmp_path / "program.py").write_text(PROGRAM)
     mine = tmp_path / "mine.py"
     mine.write_text(
         "from typing import NamedTuple\n\n\nclass Base(NamedTuple):\n    value: float\n\n\n"
         "def Own(values):\n    return Base(*values)\n"
     )
-    home = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    home = os.environ | {variable: str(tmp_path), "PYTHONPATH": str(ROOT)}
+    if variable != "NUMBA_CACHE_DIR":
+        home.pop("NUMBA_CACHE_DIR", None)
     for who in ("own", "other"):
         command = [sys.executable, str(tmp_path / "program.py"), who]
         assert subprocess.run(command, env=home, check=False).returncode == 0
         mine.unlink(missing_ok=True)
-    assert len(list(tmp_path.rglob("*.nbi"))) == 2
+    kept = list(tmp_path.rglob("*.nbi"))
+    assert len(kept) == 2
+    assert all(index.is_relative_to(tmp_path / "hpcrub") for index in kept)
 
 
 @jit.compiled(inner=True)

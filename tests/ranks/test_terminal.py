@@ -10,6 +10,7 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import numba
 import numpy as np
 import pytest
 
@@ -20,7 +21,9 @@ from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE
+from hpcrub.runs import warmup
 from hpcrub.runs.study import Job
+from hpcrub.setup.problem import build_problem
 from tests.program import ENVIRONMENT, ROOT, TINY, command, error_lines, run, run_here
 
 COLUMNS = 60  # of the terminal
@@ -48,6 +51,14 @@ for text in sys.argv[1:]:
     assert warm == list(integrate.signatures)
     print(len(warm))
 """
+
+
+@pytest.mark.parametrize(("folder", "told"), [("", True), ("folder", False)])
+def test_a_run_that_cannot_keep_compiled_code_says_so(folder, told, monkeypatch, capsys):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", folder)
+    monkeypatch.setattr(warmup, "_load", lambda *args: None)
+    warmup.warm_up(Team(), Config(), build_problem(Config()), False)
+    assert ("XDG_CACHE_HOME" in capsys.readouterr().out) == told
 
 
 def test_nothing_is_compiled_in_a_task(tmp_path):
