@@ -43,7 +43,7 @@ class State(NamedTuple):
 
     position: np.ndarray  # modal coordinates q (K, L) [m·√kg]
     increment: np.ndarray  # increments d of q in the last step (K, L) [m·√kg]
-    before: np.ndarray  # d at the end of the step before (K, L), where friction turns, else (0, L)
+    before: Any  # d at the end of the step before (K, L) [m·√kg]; None where friction never turns
     penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
     multiplier: np.ndarray  # λ (F + 1, L) [N]; the last row stays zero
     depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver
@@ -90,8 +90,10 @@ def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
     taken = {}
     for name in members:
         member = getattr(group, name)
-        inner = isinstance(member, tuple)
-        taken[name] = take_lanes(member, lanes) if inner else aligned(member.take(lanes, -1))
+        if isinstance(member, tuple):
+            taken[name] = take_lanes(member, lanes)
+        elif member is not None:
+            taken[name] = aligned(member.take(lanes, -1))
     return group._replace(**taken)
 
 

@@ -98,9 +98,10 @@ def _allocate_state(scheme, width, turns):
     n_forces = len(scheme.load)
     return State(
         **lane_arrays(
-            width, position=n_modes, increment=n_modes, before=n_modes * turns,
-            penetration=n_points + 1, multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
+            width, position=n_modes, increment=n_modes, penetration=n_points + 1,
+            multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
         ),
+        before=aligned_zeros((n_modes, width)) if turns else None,
         active=np.full(n_forces + ROOM, n_forces - 1),
         n_steps=np.zeros(width, dtype=np.int64),
     )  # fmt: skip

@@ -114,14 +114,14 @@ def tile_advance(
     """Corrector and predictor of consecutive modes, as in `passes` (state is modified).
 
     force: tile of modal forces (L,), one for each mode from ``first`` on [N/√kg].
-    before: array for the increments between the two, without rows if not needed, or None.
+    before: array for the increments between the two, or None.
     external: modal forces of a load (P, K) [N/√kg], or None.
     step: row of ``external``; None for the corrector alone.
     """
     for k, f in enumerate(force, first):
         gain = scheme.gain[k]
         q, d = state.position[k] + f * gain, state.increment[k] + f * gain
-        if before is not None and len(before):
+        if before is not None:
             before[k] = d
         if step is not None:
             d = scheme.decay[k] * d - (gain * scheme.squared[k]) * q

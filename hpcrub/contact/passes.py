@@ -89,19 +89,15 @@ def advance_tiles(
     end: int,
 ) -> None:  # fmt: skip
     """Corrector and predictor of whole tiles of real modes (state is modified)."""
-    # Each branch compiles a loop without the tests whose answer the branch knows.
+    # Each branch compiles a loop without the question that the branch answers.
     if scheme.external.shape[0] > 0:
         for first in range(begin, end, len(tile)):
             force = modal_forces(lanes, tile, scheme, state, n_active, first)
             v.tile_advance(force, first, state, scheme, state.before, scheme.external, step)
-    elif state.before.shape[0] > 0:
-        for first in range(begin, end, len(tile)):
-            force = modal_forces(lanes, tile, scheme, state, n_active, first)
-            v.tile_advance(force, first, state, scheme, state.before, None, step)
     else:
         for first in range(begin, end, len(tile)):
             force = modal_forces(lanes, tile, scheme, state, n_active, first)
-            v.tile_advance(force, first, state, scheme, None, None, step)
+            v.tile_advance(force, first, state, scheme, state.before, None, step)
 
 
 @compiled(inline=True, inner=True)

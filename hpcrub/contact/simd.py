@@ -310,10 +310,7 @@ def _tile_advance(context, builder, sig, args):
         kick = builder.fmul(force, gain)
         q, d = (builder.fadd(load(name), kick) for name in ("position", "increment"))
         if before[0] != types.none:
-            shape = context.make_array(before[0])(context, builder, before[1]).shape
-            some = builder.icmp_signed(">", builder.extract_value(shape, 0), ZERO)
-            with builder.if_then(some, likely=True):
-                _store_row(context, builder, *before, k, d)
+            _store_row(context, builder, *before, k, d)
         if step[0] != types.none:
             stiff = builder.fmul(gain, load("squared"))
             d = builder.fsub(builder.fmul(load("decay"), d), builder.fmul(stiff, q))
