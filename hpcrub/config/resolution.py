@@ -100,6 +100,6 @@ def record_interval(config: Any, usual: float) -> float:
 def look_interval(config: Any) -> float:
     """Longest time between two displacements of which the largest counts [s].
 
-    0, every step, for a model file: its steps are short, and more than one family moves its tips.
+    0, every step, in three dimensions: steps are short, and more than one family moves the tips.
     """
-    return 0.0 if config.disk.model is not None else blade_period(config) / LOOKS_PER_PERIOD
+    return 0.0 if config.disk.n_directions == 3 else blade_period(config) / LOOKS_PER_PERIOD

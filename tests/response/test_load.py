@@ -74,7 +74,7 @@ def test_the_first_family_is_looked_at_a_hundred_times_a_period():
     assert 95.0 < looks < 200.0
 
 
-def test_every_step_of_a_model_file_counts():
+def test_every_step_of_a_disk_in_three_dimensions_counts():
     """More than one family moves its tips."""
     config = resolved(load_runs(BLISK)[0].replace({"time.step_s": 1e-6}))
     grids = [cut_revolution(speed, time_grid(config)) for speed in config.speeds.values_hz]
