@@ -314,7 +314,7 @@ def test_engines_that_stay_below_the_largest_do_so_in_19_of_20_trials(file, n, m
         error = 4.0 * np.sqrt(0.05 * 0.95 / len(drawn))
         assert (below.mean() > 0.95 - error) == (more <= n // 19)
     if told:
-        assert f"no blade of another {n // 19} engine" in told[0]
+        assert f"no blade of {n // 19} further engine" in told[0]
         assert f"more than {1e3 * drawn[0, :n].max():.3g} mm" in told[0]
 
 

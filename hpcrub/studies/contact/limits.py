@@ -57,7 +57,7 @@ def engines_lines(file: ResultFile, usable: bool) -> Iterator[str]:
         n_more = int(len(peaks) * (1.0 / CONFIDENCE - 1.0) + 1e-9)
         if n_more and not n_failed(file, level):
             yield (
-                f"±{100 * half_range:.3g} %: no blade of another {counted(n_more, 'engine')} moves "
+                f"±{100 * half_range:.3g} %: no blade of {counted(n_more, 'further engine')} moves "
                 f"by more than {1e3 * peaks.max():.3g} mm, with 95 % confidence (of N engines: "
                 "19 N disks are needed)"
             )
