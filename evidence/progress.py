@@ -11,8 +11,7 @@ def followed(items, what, n_total=None, names=None, costs=None):
     what: the part, as the line names it; n_total: how many items there are, if they have no length.
     names: what each item is called. They are for few, long items: a line goes before each of them.
     Without names there is a line when the part begins, when it ends, and every few seconds between.
-    costs: usual times of the items, in any unit; by default the time left supposes that the other
-    items take as long as those that are done.
+    costs: usual times of the items, in any unit, which tell the time left; by default all alike.
     """
     n_total = len(items) if n_total is None else n_total
     costs = costs or [1.0] * n_total
@@ -28,11 +27,9 @@ def followed(items, what, n_total=None, names=None, costs=None):
 
 
 def _line(what, n_done, costs, seconds, names):
-    n_total = len(costs)
-    text = f"{what}: {n_done} of {n_total} done"
+    text = f"{what}: {n_done} of {len(costs)} done"
     if n_done:
         text += f" in {duration(seconds)}"
-    if 0 < n_done < n_total:
-        left = seconds / sum(costs[:n_done]) * sum(costs[n_done:])
-        text += f", about {duration(left)} left"
-    return text + (f"; next: {names[n_done]}" if names and n_done < n_total else "")
+    if 0 < n_done < len(costs):
+        text += f", about {duration(seconds / sum(costs[:n_done]) * sum(costs[n_done:]))} left"
+    return text + (f"; next: {names[n_done]}" if names and n_done < len(costs) else "")

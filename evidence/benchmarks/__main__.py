@@ -18,9 +18,6 @@ from evidence.benchmarks import (
     work_precision,
 )
 
-REPORT = Path(__file__).with_name("report.md")
-
-
 SECTIONS = {  # and how long they take on a machine of 2026 [s]
     "kernel": (kernel_speed.section, 10),
     "shapes": (shapes.section, 130),
@@ -46,7 +43,7 @@ def main(argv=None):
         parts = {f"{name}_{part}": text for part, text in SECTIONS[name][0]().items()}
         parts[f"{name}_machine"] = f"Measured with {page.machine()}."
         print("\n".join(parts.values()), flush=True)
-        page.replace(REPORT, **parts)
+        page.replace(Path(__file__).with_name("report.md"), **parts)
     return 0
 
 
