@@ -149,16 +149,17 @@ assert first(Kind((2.0,))) == 3.0
 
 
 @pytest.mark.parametrize("variable", CACHES)
-def test_code_compiled_for_a_law_from_elsewhere_does_not_bar_who_lacks_that_law(variable, tmp_path):
+def test_code_compiled_for_a_law_from_elsewhere_does_not_bar_who_lacks_that_law(
+    variable, tmp_path, monkeypatch
+):
     (tmp_path / "program.py").write_text(PROGRAM)
     mine = tmp_path / "mine.py"
     mine.write_text(
         "from typing import NamedTuple\n\n\nclass Base(NamedTuple):\n    value: float\n\n\n"
         "def Own(values):\n    return Base(*values)\n"
     )
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     home = os.environ | {variable: str(tmp_path), "PYTHONPATH": str(ROOT)}
-    if variable != "NUMBA_CACHE_DIR":
-        home.pop("NUMBA_CACHE_DIR", None)
     for who in ("own", "other"):
         command = [sys.executable, str(tmp_path / "program.py"), who]
         assert subprocess.run(command, env=home, check=False).returncode == 0

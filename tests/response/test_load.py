@@ -1,7 +1,5 @@
 """A load that travels around the disk during contact: its response without contact is known."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -17,8 +15,8 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.imported import resolved
 from hpcrub.setup.problem import build_problem, time_grid
+from tests.program import ROOT
 
-BLISK = Path(__file__).parents[2] / "inputs/blisk/contact.yaml"
 DAMPING = 0.05  # transients decay by 10⁻⁹ until the first check
 FREE = {
     "clearance": 1.0,
@@ -76,7 +74,8 @@ def test_the_first_family_is_looked_at_a_hundred_times_a_period():
 
 def test_every_step_of_a_disk_in_three_dimensions_counts():
     """More than one family moves its tips."""
-    config = resolved(load_runs(BLISK)[0].replace({"time.step_s": 1e-6}))
+    given = load_runs(ROOT / "inputs/blisk/contact.yaml")[0]
+    config = resolved(given.replace({"time.step_s": 1e-6}))
     grids = [cut_revolution(speed, time_grid(config)) for speed in config.speeds.values_hz]
     assert max(grid.stride for grid in grids) > 1
     assert {grid.look for grid in grids} == {1}
