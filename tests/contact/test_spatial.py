@@ -80,7 +80,7 @@ def forces_of(W, depth):
 
 
 def textbook(modes, scene, speed, n_steps):
-    """Observed displacements (n_steps, O) and multipliers (n_steps, C)."""
+    """Observed displacements (n_steps, O) and multipliers (n_steps, C), until a point jams."""
     h, points = 1.0 / (speed * REVOLUTION), scene.interface
     w, c = modes.omega * h, scene.damping_ratio * modes.omega * h
     q, before = np.zeros((2, len(w)))
@@ -97,9 +97,11 @@ def textbook(modes, scene, speed, n_steps):
         friction = along[:, None] * modes.tangential + across[:, None] * modes.axial
         push = modes.normal + scene.friction * friction / np.hypot(along, across)[:, None]
         per_force = h**2 / (1.0 + c)
-        found = np.zeros(len(depth))
+        found, W = np.zeros(len(depth)), (modes.normal * per_force) @ push.T
+        if (np.diag(W)[depth > 0.0] <= 0.0).any():
+            break
         if depth.max() > 0.0:
-            found = forces_of((modes.normal * per_force) @ push.T, depth)
+            found = forces_of(W, depth)
         q, before = free - per_force * (push.T @ found), q
         seen.append(modes.observed @ q)
         forces.append(found)
@@ -119,6 +121,21 @@ def test_turning_friction_on_several_points_is_the_textbook_scheme(seed):
     assert bank.state.report[FLAW, 0] in (status.NONE, status.UNPROVEN)
     fixed, _ = integrate(modes._replace(axial=modes.axial[:0]), scene, [SPEED], 700)
     assert np.abs(fixed[:, :, 0] - expected).max() > 1e-2 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(("seed", "lean"), [(2, -6.5), (3, -7.0)])
+def test_friction_that_turns_until_a_point_jams_is_found_with_and_without_other_lanes(seed, lean):
+    """Also at points that others hold out of the casing, as they do here at some speeds."""
+    modes, scene = made_up(seed)
+    modes, scene = modes._replace(axial=lean * modes.normal), scene._replace(friction=1.0)
+    speeds = np.linspace(28.0, 34.0, 8)
+    _, bank = integrate(modes, scene, speeds, REVOLUTION)
+    jams = [len(textbook(modes, scene, speed, REVOLUTION)[0]) < REVOLUTION for speed in speeds]
+    assert 0 < sum(jams) < len(speeds)
+    assert (bank.state.report[FLAW] == status.JAMMING).tolist() == jams
+    for speed, jammed in zip(speeds, jams, strict=True):
+        _, bank = integrate(modes, scene, [speed], REVOLUTION)
+        assert (bank.state.report[FLAW, 0] == status.JAMMING) == jammed
 
 
 def test_a_history_holds_the_forces_in_all_directions():

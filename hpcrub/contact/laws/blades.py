@@ -15,7 +15,7 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.laws.friction import turn, turn_penetrating
+from hpcrub.contact.laws.friction import fill_column, turn
 from hpcrub.contact.laws.groups import solve_group
 from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.lcp.gauss_seidel import TOLERANCE
@@ -76,6 +76,25 @@ def guess(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> 
 
 
 @compiled(inner=True)
+def list_pushing(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> int:
+    """List in ``law.work.fresh`` the points with a force of this step or earlier ones.
+
+    Also lists points that penetrate and could jam, which nobody would see where other points hold
+    them out. Forgets all columns (law is modified). Returns the number of listed points.
+    """
+    n, jams = 0, v.load(lanes, law.jams, 0)
+    for a in range(n_active):
+        i = state.active[a]
+        law.turned[a] = 0
+        law.work.fresh[n] = a
+        pushes = v.load(lanes, state.multiplier, i)
+        pushes = v.larger(jams * v.load(lanes, state.penetration, i), pushes)
+        pushes = law.surface.near(lanes, law.surface, i, law.stiffness, pushes)
+        n += int(v.any_lane(pushes > 0.0))
+    return n
+
+
+@compiled(inner=True)
 def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> int:
     """Multipliers of all points that may carry a force (state, law are modified).
 
@@ -87,20 +106,18 @@ def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarr
     threshold = 0.0 - v.larger(deepest, 0.0) * NEAR
     n_groups = list_near(lanes, state, law, threshold)
     guess(lanes, state, law, deepest)
-    turn_penetrating(lanes, state, law, law.groups[n_groups])
+    n_fresh = list_pushing(lanes, state, law, law.groups[n_groups])
+    turn(lanes, state, law, n_fresh, law.groups[n_groups])
     changing, trials, stuck = deepest > 0.0, zero, zero
     for _ in range(MOST_SWEEPS):
         change, most, stuck = zero, zero, zero
         for g in range(n_groups):
             left_by_others(lanes, state, law, n_groups, g)
-            tried, unfinished = solve_group(
+            moved, tried, unfinished = solve_group(
                 lanes, state, law, n_groups, g, threshold, limit, changing
             )
             most, stuck = v.larger(tried, most), v.larger(unfinished, stuck)
-            for a in range(law.groups[g], law.groups[g + 1]):
-                moved = v.load(lanes, state.multiplier, state.active[a])
-                moved = moved - v.load(lanes, law.work.wrong, a - law.groups[g])
-                change = v.larger(v.larger(moved, 0.0 - moved), change)
+            change = v.larger(moved, change)
         trials = trials + v.select(limit < change, most, 0.0)
         unsettled = v.select(limit < v.select(changing, change, 0.0), 1.0, 0.0)
         if n_groups == 1:
@@ -111,7 +128,8 @@ def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarr
             threshold = v.select(felt < threshold, felt, threshold)
             if v.any_lane(more > 0.0):
                 n_groups = list_near(lanes, state, law, threshold)
-                turn_penetrating(lanes, state, law, law.groups[n_groups])
+                for b in range(list_pushing(lanes, state, law, law.groups[n_groups])):
+                    fill_column(lanes, state, law, law.work.fresh[b], law.groups[n_groups])
                 unsettled = v.larger(more, unsettled)
         changing = unsettled > 0.0
         if not v.any_lane(changing):

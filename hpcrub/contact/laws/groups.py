@@ -19,32 +19,34 @@ ALL_AT_ONCE = 12  # number of first trials in which all wrong points change; lat
 
 @compiled(inner=True)
 def choose(
-    lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int, solving: np.ndarray
+    lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int, trying: np.ndarray
 ) -> int:
     """List in ``law.work.chosen`` the places of a group's points that are active in any lane.
 
-    solving: (L,) bool, lanes that count.
+    trying: (L,) bool, lanes that count; ``law.work.undone`` becomes zero in them.
     Returns the number of chosen points. Also fills their columns of W (law is modified).
     """
-    n, n_fresh = 0, 0
-    for a in range(law.groups[group], law.groups[group + 1]):
-        touches = v.select(solving, v.load(lanes, law.touching, state.active[a]), 0.0)
-        if v.any_lane(touches > 0.0):
-            law.work.chosen[n] = a
-            n += 1
-            if not law.turned[a]:
-                law.work.fresh[n_fresh] = a
-                n_fresh += 1
-    if n_fresh > 0:
-        turn(lanes, state, law, n_fresh, law.groups[n_groups])
+    n, n_fresh, start = 0, 0, law.groups[group]
+    idle = v.select(trying, 0.0, np.inf)
+    for a in range(start, law.groups[group + 1]):
+        active = int(v.any_lane(idle < v.load(lanes, law.touching, state.active[a])))
+        old = v.load(lanes, law.work.undone, a - start)
+        v.store(law.work.undone, a - start, v.select(idle > 0.0, old, 0.0))
+        law.work.chosen[n] = law.work.fresh[n_fresh] = a
+        n_fresh += active & (1 - law.turned[a])
+        n += active
+    turn(lanes, state, law, n_fresh, law.groups[n_groups])
     return n
 
 
 @compiled(inner=True)
-def solve_set(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
-    """Solve for the depths x that forces of the chosen points undo (law.work.right, modified).
+def solve_set(
+    lanes: tuple, state: State, law: SolidArrays, begin: int, n: int, trying: np.ndarray
+) -> None:
+    """Solve for the depths x that forces of the chosen points undo (law.work is modified).
 
-    n: number of chosen points.
+    begin: place of the first point of the group; n: number of chosen points.
+    trying: (L,) bool, lanes whose ``law.work.undone`` becomes x.
 
     On its line a point has x = slope·d + start, where d is the depth that the other forces leave.
     Gaussian elimination. Where a chosen point is not active in a lane, its row is a row of the unit
@@ -72,6 +74,7 @@ def solve_set(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
                 at = r * n + c
                 pivot = v.load(lanes, law.work.factor, p * n + c)
                 v.store(law.work.factor, at, v.fma(less, pivot, v.load(lanes, law.work.factor, at)))
+    idle = v.select(trying, 0.0, 1.0)
     for back in range(n):
         p = n - 1 - back
         less = v.splat(lanes, 0.0)
@@ -79,7 +82,10 @@ def solve_set(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
             factor = v.load(lanes, law.work.factor, p * n + c)
             less = v.fma(factor, v.load(lanes, law.work.right, c), less)
         x = v.load(lanes, law.work.right, p) - less
-        v.store(law.work.right, p, x * v.load(lanes, law.work.factor, p * n + p))
+        x = x * v.load(lanes, law.work.factor, p * n + p)
+        v.store(law.work.right, p, x)
+        at = law.work.chosen[p] - begin
+        v.store(law.work.undone, at, v.select(idle > 0.0, v.load(lanes, law.work.undone, at), x))
 
 
 @compiled(inner=True)
@@ -96,24 +102,28 @@ def find_wrong(
     Returns (L,); zero in lanes without wrong points.
     """
     n_rows, zero = state.penetration.shape[0], v.splat(lanes, 0.0)
-    start, count, own = law.groups[group], zero, 0
+    start, count, n_fresh = law.groups[group], zero, 0
+    # numbers, because a mask that is made before a loop is no register inside
+    far = v.select(trying, threshold, np.inf)
+    most = v.select(trying, limit, np.inf)
     for a in range(start, law.groups[group + 1]):
-        i = state.active[a]
-        less, force = zero, zero
+        less = zero
         for r in range(n):
             effect = v.load(lanes, law.coupling, law.work.chosen[r] * n_rows + a)
             less = v.fma(effect, v.load(lanes, law.work.right, r), less)
         depth = v.load(lanes, state.depth, a) - less
-        if own < n and law.work.chosen[own] == a:
-            force = v.load(lanes, law.work.right, own)
-            own += 1
-        elif not law.turned[a] and v.any_lane(limit < depth):
-            law.work.fresh[0] = a
-            turn(lanes, state, law, 1, law.groups[n_groups])
-        near = threshold < v.load(lanes, law.deepest, law.blade[i])
+        v.store(law.work.wrong, a - start, depth)
+        if not law.turned[a] and v.any_lane(most < depth):
+            law.work.fresh[n_fresh] = a
+            n_fresh += 1
+    turn(lanes, state, law, n_fresh, law.groups[n_groups])
+    for a in range(start, law.groups[group + 1]):
+        i, x = state.active[a], v.load(lanes, law.work.undone, a - start)
+        depth = v.load(lanes, law.work.wrong, a - start)
+        near = far < v.load(lanes, law.deepest, law.blade[i])
         code = v.load(lanes, law.touching, i)
-        wrong = law.surface.check(lanes, law.surface, i, depth, force, code, limit, trying)
-        wrong = v.select(trying, v.select(near, wrong, 0.0), 0.0)
+        wrong = law.surface.check(lanes, law.surface, i, depth, x, code, limit, trying)
+        wrong = v.select(near, wrong, 0.0)
         v.store(law.work.wrong, a - start, wrong)
         count = count + wrong
     return count
@@ -144,35 +154,33 @@ def change_sides(
 def solve_group(
     lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int,
     threshold: np.ndarray, limit: np.ndarray, solving: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """Multipliers of one group (state.multiplier, law are modified).
 
     state: on entry ``depth`` holds the penetrations that forces on other groups leave [m].
     solving: (L,) bool, lanes to solve; the others keep their multipliers.
-    Returns tried (L,), number of active sets tried; unfinished (L,), 1 for lanes without a
-    solution, else 0.
+    Returns change (L,), the largest of a multiplier [m]; tried (L,), number of active sets tried;
+    unfinished (L,), 1 for lanes without a solution, else 0.
 
-    On return ``law.work.wrong`` holds the multipliers from before the call.
+    Once a lane has its solution, trials go on with the points of the other lanes alone.
     """
     zero = v.splat(lanes, 0.0)
     start, end = law.groups[group], law.groups[group + 1]
     n, trying, tried = 0, solving, zero
     for trial in range(MOST_TRIALS):
-        n = choose(lanes, state, law, n_groups, group, solving)
-        solve_set(lanes, state, law, n)
+        n = choose(lanes, state, law, n_groups, group, trying)
+        solve_set(lanes, state, law, start, n, trying)
         count = find_wrong(lanes, state, law, n_groups, group, n, threshold, limit, trying)
         tried = tried + v.select(trying, 1.0, 0.0)
         trying = count > 0.0
         if not v.any_lane(trying):
             break
         change_sides(lanes, state, law, start, end, trial < ALL_AT_ONCE)
-    own = 0
+    change = zero
     for a in range(start, end):
-        i = state.active[a]
-        old, force = v.load(lanes, state.multiplier, i), zero
-        if own < n and law.work.chosen[own] == a:
-            force = v.larger(v.load(lanes, law.work.right, own), 0.0)
-            own += 1
-        v.store(law.work.wrong, a - start, old)
-        v.store(state.multiplier, i, v.select(solving, force, old))
-    return tried, v.select(trying, 1.0, 0.0)
+        old = v.load(lanes, state.multiplier, state.active[a])
+        new = v.larger(v.load(lanes, law.work.undone, a - start), 0.0)
+        new = v.select(solving, new, old)
+        change = v.larger(v.larger(new - old, old - new), change)
+        v.store(state.multiplier, state.active[a], new)
+    return change, tried, v.select(trying, 1.0, 0.0)

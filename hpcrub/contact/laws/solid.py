@@ -56,13 +56,14 @@ def turned_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int) -
         force = force * v.load(lanes, law.stiffness, i)
         law.surface.keep(lanes, law.surface, i, force)
         force = law.surface.total(lanes, law.surface, i, force)
-        if v.any_lane(force > 0.0):
-            v.store(state.multiplier, i, force)
-            friction = law.friction * force
-            v.store(state.multiplier, n_points + i, friction * v.load(lanes, law.cosine, i))
-            v.store(state.multiplier, 2 * n_points + i, friction * v.load(lanes, law.sine, i))
-            state.active[n] = i
-            n += 1
+        v.store(state.multiplier, i, force)
+        state.active[n] = i
+        n += int(v.any_lane(force > 0.0))
+    for a in range(n):
+        i = state.active[a]
+        friction = law.friction * v.load(lanes, state.multiplier, i)
+        v.store(state.multiplier, n_points + i, friction * v.load(lanes, law.cosine, i))
+        v.store(state.multiplier, 2 * n_points + i, friction * v.load(lanes, law.sine, i))
     for a in range(n):
         state.active[n + a] = n_points + state.active[a]
         state.active[2 * n + a] = 2 * n_points + state.active[a]
@@ -89,7 +90,7 @@ class Solid(SurfaceLaw, SolidArrays):
     def per_lane() -> tuple[str, ...]:
         """Names of arrays whose last axis is the lanes."""
         return (
-            "coupling", "stiffness", "across", "compliance", "cosine", "sine",
+            "coupling", "stiffness", "across", "jams", "compliance", "cosine", "sine",
             "touching", "deepest", "work", "touched", "surface",
         )  # fmt: skip
 
@@ -104,7 +105,7 @@ class Solid(SurfaceLaw, SolidArrays):
         way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
         return cls(
             **v.lane_arrays(
-                width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=1,
+                width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=1, jams=1,
                 compliance=3 * n_points**2, cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, touched=interface.n_blades,
             ),
@@ -116,7 +117,7 @@ class Solid(SurfaceLaw, SolidArrays):
             tangential=by_columns(columns(modes.tangential)),
             axial=by_columns(axial),
             groups=np.zeros(len(starts), dtype=np.int64),
-            turned=np.zeros(n_points, dtype=np.bool_),
+            turned=np.zeros(n_points, dtype=np.int64),
             work=Work.allocate(n_points, most, width),
             surface=surface_of(scene, grid, n_points, width),
         )  # fmt: skip
@@ -131,6 +132,8 @@ class Solid(SurfaceLaw, SolidArrays):
         gain, friction = bank.scheme.gain[:, lane], scene.friction
         W = np.stack([delassus(modes.normal.T, by.T, gain) for by in modes.forces])
         self.surface.fill(lane, scene, bank.scheme.step[lane], W[0])
+        own, along, across = np.diagonal(W, axis1=1, axis2=2)
+        self.jams[0, lane] = (own <= friction * np.hypot(along, across)).any()
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W[0] + friction * W[1])
         if flaw not in (NONE, UNPROVEN):  # the lane gets no forces, and fails once a point touches
             return

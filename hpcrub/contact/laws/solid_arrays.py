@@ -4,33 +4,32 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact.lanes import TILE, lane_arrays
+from hpcrub.contact.lanes import lane_arrays
 from hpcrub.contact.protocols import Surface
 
 
 class Work(NamedTuple):
     """Work space for the solver of a group of at most P points; no step reads it from another."""
 
-    fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + TILE,) int
-    slipping: np.ndarray  # a tile of these points (TILE,) int
+    fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + 1,) int
     chosen: np.ndarray  # places of the points that carry a force (P,) int
     factor: np.ndarray  # matrix of the equations of the chosen points (P·P, L)
     right: np.ndarray  # right sides of the equations, then the solution (P, L)
+    undone: np.ndarray  # depth x that the force on each point of the group undoes (P, L) [m]
     wrong: np.ndarray  # 1 + right code of each point that is not on its line, else 0 (P, L)
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Names of arrays whose last axis is the lanes."""
-        return "factor", "right", "wrong"
+        return "factor", "right", "undone", "wrong"
 
     @classmethod
     def allocate(cls, n_points: int, most: int, width: int) -> "Work":
         """Work space for n_points (padded) in groups of at most ``most`` points."""
         return cls(
-            fresh=np.zeros(n_points + TILE, dtype=np.int64),
-            slipping=np.zeros(TILE, dtype=np.int64),
+            fresh=np.zeros(n_points + 1, dtype=np.int64),
             chosen=np.zeros(most, dtype=np.int64),
-            **lane_arrays(width, factor=most**2, right=most, wrong=most),
+            **lane_arrays(width, factor=most**2, right=most, undone=most, wrong=most),
         )
 
 
@@ -40,6 +39,7 @@ class SolidArrays(NamedTuple):
     coupling: np.ndarray  # W_ab/W_bb of listed points a and b ((C + 1)², L), row b·(C + 1) + a
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
     across: np.ndarray  # largest motion of a point by a unit force on another blade (1, L) [m/N]
+    jams: np.ndarray  # 1 where friction in some direction would make a point jam, else 0 (1, L)
     points: np.ndarray  # contact points, blade by blade (n,) int
     blade: np.ndarray  # blade of every contact point (n,) int
     starts: np.ndarray  # place in ``points`` of the first point of every group (G + 1,) int
@@ -54,7 +54,7 @@ class SolidArrays(NamedTuple):
     # last contact of its lane, -1 where other points held it out of the casing, else 0 (modified)
     touching: np.ndarray
     groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
-    turned: np.ndarray  # whether the column of W is filled for a listed point (C,) bool (modified)
+    turned: np.ndarray  # 1 where a listed point's column of W is filled, else 0 (C,) int (modified)
     deepest: np.ndarray  # deepest penetration of every blade (N, L) [m] (modified)
     work: Work  # (modified)
     touched: np.ndarray  # number of steps in which a blade carried a force (N, L) (modified)
