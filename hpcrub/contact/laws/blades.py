@@ -89,7 +89,7 @@ def list_pushing(lanes: tuple, state: State, law: SolidArrays, n_active: int) ->
         law.work.fresh[n] = a
         pushes = v.load(lanes, state.multiplier, i)
         pushes = v.larger(jams * v.load(lanes, state.penetration, i), pushes)
-        pushes = law.surface.near(lanes, law.surface, i, law.stiffness, pushes)
+        pushes = law.surface.total(lanes, law.surface, i, pushes)
         n += int(v.any_lane(pushes > 0.0))
     return n
 

@@ -40,17 +40,12 @@ def choose(
 
 
 @compiled(inner=True)
-def solve_set(
-    lanes: tuple, state: State, law: SolidArrays, begin: int, n: int, trying: np.ndarray
-) -> None:
-    """Solve for the depths x that forces of the chosen points undo (law.work is modified).
-
-    begin: place of the first point of the group; n: number of chosen points.
-    trying: (L,) bool, lanes whose ``law.work.undone`` becomes x.
+def set_equations(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
+    """Equations of the n chosen points, in ``law.work.factor`` and ``law.work.right`` (modified).
 
     On its line a point has x = slope·d + start, where d is the depth that the other forces leave.
-    Gaussian elimination. Where a chosen point is not active in a lane, its row is a row of the unit
-    matrix, and its x is 0.
+    Where a chosen point is not active in a lane, its row is a row of the unit matrix, and its x is
+    0.
     """
     n_rows = state.penetration.shape[0]
     for r in range(n):
@@ -63,29 +58,39 @@ def solve_set(
             if r == c:
                 value = value + (1.0 - slope)
             v.store(law.work.factor, r * n + c, value)
+
+
+@compiled(inner=True)
+def solve_set(lanes: tuple, law: SolidArrays, n: int, begin: int, trying: np.ndarray) -> None:
+    """Solve the n equations for the depths x, by Gaussian elimination (law.work is modified).
+
+    begin: place of the first point of the group.
+    trying: (L,) bool, lanes whose ``law.work.undone`` becomes x.
+    """
+    work = law.work
     for p in range(n):
-        scale = v.inverse(v.load(lanes, law.work.factor, p * n + p))
-        v.store(law.work.factor, p * n + p, scale)
-        known = v.load(lanes, law.work.right, p)
+        scale = v.inverse(v.load(lanes, work.factor, p * n + p))
+        v.store(work.factor, p * n + p, scale)
+        known = v.load(lanes, work.right, p)
         for r in range(p + 1, n):
-            less = 0.0 - v.load(lanes, law.work.factor, r * n + p) * scale
-            v.store(law.work.right, r, v.fma(less, known, v.load(lanes, law.work.right, r)))
+            less = 0.0 - v.load(lanes, work.factor, r * n + p) * scale
+            v.store(work.right, r, v.fma(less, known, v.load(lanes, work.right, r)))
             for c in range(p + 1, n):
-                at = r * n + c
-                pivot = v.load(lanes, law.work.factor, p * n + c)
-                v.store(law.work.factor, at, v.fma(less, pivot, v.load(lanes, law.work.factor, at)))
+                pivot = v.load(lanes, work.factor, p * n + c)
+                value = v.fma(less, pivot, v.load(lanes, work.factor, r * n + c))
+                v.store(work.factor, r * n + c, value)
     idle = v.select(trying, 0.0, 1.0)
     for back in range(n):
         p = n - 1 - back
         less = v.splat(lanes, 0.0)
         for c in range(p + 1, n):
-            factor = v.load(lanes, law.work.factor, p * n + c)
-            less = v.fma(factor, v.load(lanes, law.work.right, c), less)
-        x = v.load(lanes, law.work.right, p) - less
-        x = x * v.load(lanes, law.work.factor, p * n + p)
-        v.store(law.work.right, p, x)
-        at = law.work.chosen[p] - begin
-        v.store(law.work.undone, at, v.select(idle > 0.0, v.load(lanes, law.work.undone, at), x))
+            factor = v.load(lanes, work.factor, p * n + c)
+            less = v.fma(factor, v.load(lanes, work.right, c), less)
+        x = v.load(lanes, work.right, p) - less
+        x = x * v.load(lanes, work.factor, p * n + p)
+        v.store(work.right, p, x)
+        at = work.chosen[p] - begin
+        v.store(work.undone, at, v.select(idle > 0.0, v.load(lanes, work.undone, at), x))
 
 
 @compiled(inner=True)
@@ -169,7 +174,8 @@ def solve_group(
     n, trying, tried = 0, solving, zero
     for trial in range(MOST_TRIALS):
         n = choose(lanes, state, law, n_groups, group, trying)
-        solve_set(lanes, state, law, start, n, trying)
+        set_equations(lanes, state, law, n)
+        solve_set(lanes, law, n, start, trying)
         count = find_wrong(lanes, state, law, n_groups, group, n, threshold, limit, trying)
         tried = tried + v.select(trying, 1.0, 0.0)
         trying = count > 0.0
