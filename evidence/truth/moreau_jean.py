@@ -80,34 +80,39 @@ def _pushed(operators, approach, slip, friction):
 
 @numba.njit
 def _integrate(operators, casing, face, speeds_hz, h, theta, n_steps, y, start, peaks):
-    """Integrate from y = (u, v) (2n, S) at the times start (S,) (y, peaks are modified)."""
-    angle, radius, clearance = face
+    """Integrate from y = (u, v) (2n, S) at the times start (S,) (y, peaks are modified).
+
+    face: angles (n_c,), slip velocities by rotation (2 n_c, S), clearances (n_c,).
+    """
+    angle, turning, clearance = face
     n, n_c, omega = len(y) // 2, len(angle), 2.0 * np.pi * speeds_hz
     normal, along = operators.rows[:n_c], operators.rows[n_c:]
     before, place = np.empty((2, n_c, len(omega)))
+    u, v = y[:n], y[n:]
     for k in range(-1, n_steps):
         t = start + (k + 1) * h
+        before, place = place, before
         for s in range(len(omega)):
-            place[:, s] = clearance - bump(casing, angle + omega[s] * t[s], t[s])
+            np.subtract(clearance, bump(casing, angle + omega[s] * t[s], t[s]), place[:, s])
         if k >= 0:
-            slip, change = np.dot(along, y[n:]), np.dot(operators.move, y)
-            slip[:n_c] += np.outer(radius, omega)
-            open_by = np.maximum(before - np.dot(normal, y[:n]), 0.0)
-            approach = np.dot(normal, y[n:] + change) - (open_by + place - before) / h
+            slip, change = np.dot(along, v) + turning, np.dot(operators.move, y)
+            open_by = np.maximum(before - np.dot(normal, u), 0.0)
+            approach = np.dot(normal, v + change) - (open_by + place - before) / h
             for s in range(len(omega)):
                 if approach[:, s].max() > 0.0:
-                    change[:, s] += _pushed(operators, approach[:, s], slip[:, s], casing.friction)
-            y[:n] += h * (y[n:] + theta * change)
-            y[n:] += change
-            depth = np.dot(normal, y[:n]) - place
+                    kick = change[:, s]
+                    kick += _pushed(operators, approach[:, s], slip[:, s], casing.friction)
+            u += h * (v + theta * change)
+            v += change
+            depth = np.dot(normal, u) - place
             for s in range(len(omega)):
+                at = u[:, s]
                 if depth[:, s].max() > 0.0:
-                    y[:n, s] += _pushed(operators, depth[:, s], slip[:, s], casing.friction)
+                    at += _pushed(operators, depth[:, s], slip[:, s], casing.friction)
                 left = (n_steps - k - 1) * h * speeds_hz[s]  # revolutions
                 if left < 6.0:
-                    u = np.dot(operators.observed, np.ascontiguousarray(y[:n, s]))
-                    peaks[int(left < 3.0), s] = max(peaks[int(left < 3.0), s], np.abs(u).max())
-        before[:] = place
+                    seen = np.abs(np.dot(operators.observed, np.ascontiguousarray(at)))
+                    peaks[int(left < 3.0), s] = max(peaks[int(left < 3.0), s], seen.max())
 
 
 def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration, theta=THETA, start=None):
@@ -123,7 +128,8 @@ def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration, theta=THETA
     u, v, since = start or (*np.zeros((2, n, n_speeds)), np.zeros(n_speeds))
     y, peaks = np.ascontiguousarray(np.concatenate([u, v])), np.zeros((2, n_speeds))
     operators = _operators(model, damping_ratio, h, theta)
-    points = face.angle, face.radius, casing.clearance + face.clearance
+    turning = np.outer(np.append(face.radius, np.zeros_like(face.radius)), 2 * np.pi * speeds_hz)
+    points = face.angle, turning, casing.clearance + face.clearance
     n_steps = round(duration / h)
     _integrate(operators, casing, points, speeds_hz, h, theta, n_steps, y, since, peaks)
     return peaks
