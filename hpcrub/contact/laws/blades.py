@@ -36,22 +36,19 @@ def list_near(lanes: tuple, state: State, law: SolidArrays, threshold: np.ndarra
     n_groups = n_active = 0
     law.groups[0] = 0
     for group in range(len(law.starts) - 1):
-        first = law.starts[group]
-        while first < law.starts[group + 1]:
-            blade, end = law.blade[law.points[first]], first
+        for blade in range(law.starts[group], law.starts[group + 1]):
+            places = range(law.first[blade], law.first[blade + 1])
             deepest = v.splat(lanes, -np.inf)
-            while end < len(law.points) and law.blade[law.points[end]] == blade:
-                i = law.points[end]
+            for place in places:
+                i = law.points[place]
                 depth = v.load(lanes, state.penetration, i)
                 depth = law.surface.near(lanes, law.surface, i, law.stiffness, depth)
                 deepest = v.larger(depth, deepest)
-                end += 1
             v.store(law.deepest, blade, deepest)
             if v.any_lane(threshold < deepest):
-                for place in range(first, end):
+                for place in places:
                     state.active[n_active] = law.points[place]
                     n_active += 1
-            first = end
         if n_active > law.groups[n_groups]:
             n_groups += 1
             law.groups[n_groups] = n_active

@@ -99,8 +99,8 @@ class Solid(SurfaceLaw, SolidArrays):
         """Make the arrays for idle lanes; see `protocols.Law`."""
         interface, axial = scene.interface, columns(modes.axial)
         n_points = axial.shape[1]
-        starts = group_starts(interface.points_per_blade)
-        most = int(np.diff(starts).max())
+        first = np.append(0, np.cumsum(interface.points_per_blade))
+        starts = group_starts(first)
         way = np.zeros(n_points)
         way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
         return cls(
@@ -111,6 +111,7 @@ class Solid(SurfaceLaw, SolidArrays):
             ),
             points=np.argsort(interface.blade, kind="stable"),
             blade=interface.blade,
+            first=first,
             starts=starts,
             way=way,
             friction=scene.friction,
@@ -118,7 +119,7 @@ class Solid(SurfaceLaw, SolidArrays):
             axial=by_columns(axial),
             groups=np.zeros(len(starts), dtype=np.int64),
             turned=np.zeros(n_points, dtype=np.int64),
-            work=Work.allocate(n_points, most, width),
+            work=Work.allocate(n_points, np.diff(first[starts]).max(), width),
             surface=surface_of(scene, grid, n_points, width),
         )  # fmt: skip
 
@@ -155,10 +156,13 @@ class Solid(SurfaceLaw, SolidArrays):
         return self.touched[:, lane].copy()
 
 
-def group_starts(points_per_blade: np.ndarray) -> np.ndarray:
-    """Starts (G + 1,) of as few groups of neighbouring blades as keep within GROUP points."""
-    starts, ends = [0], np.cumsum(points_per_blade)
-    for begin, end in zip(ends[:-1], ends[1:], strict=True):
-        if end - starts[-1] > GROUP:
-            starts.append(int(begin))
-    return np.array([*starts, int(ends[-1])])
+def group_starts(first: np.ndarray) -> np.ndarray:
+    """First blades (G + 1,) of as few groups of neighbouring blades as keep within GROUP points.
+
+    first: place of the first point of every blade (N + 1,) int.
+    """
+    starts = [0]
+    for blade in range(1, len(first) - 1):
+        if first[blade + 1] - first[starts[-1]] > GROUP:
+            starts.append(blade)
+    return np.array([*starts, len(first) - 1])

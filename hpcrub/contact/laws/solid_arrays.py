@@ -42,7 +42,8 @@ class SolidArrays(NamedTuple):
     jams: np.ndarray  # 1 where friction in some direction would make a point jam, else 0 (1, L)
     points: np.ndarray  # contact points, blade by blade (n,) int
     blade: np.ndarray  # blade of every contact point (n,) int
-    starts: np.ndarray  # place in ``points`` of the first point of every group (G + 1,) int
+    first: np.ndarray  # place in ``points`` of the first point of every blade (N + 1,) int
+    starts: np.ndarray  # first blade of every group (G + 1,) int
     way: np.ndarray  # way of a point along the casing in a step by rotation, R 2π/n (C,) [m]
     friction: float  # coefficient of friction [-]
     tangential: np.ndarray  # T (K, C) [1/√kg]
