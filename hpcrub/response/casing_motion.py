@@ -20,11 +20,6 @@ class CasingMotion(NamedTuple):
     share: np.ndarray  # casing's part of the energy of disk and casing, at the end (S,) [-]
     growth: np.ndarray  # rate at which a casing runs away (S,) [1/s]
 
-    @classmethod
-    def empty(cls, n: int) -> "CasingMotion":
-        """CasingMotion of n speeds that are not integrated yet."""
-        return cls(*np.full((4, n), np.nan))
-
 
 def radial(pairs: Pairs, coordinates: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Outward motion of the casing (R, A) [m].
