@@ -124,11 +124,7 @@ def unsettled(
 
 
 def of_points(
-    config: Config,
-    amplitude: np.ndarray,
-    states: np.ndarray,
-    reasons: np.ndarray,
-    key: str = TIME_KEY,
+    config: Config, amplitude: np.ndarray, states: np.ndarray, reasons: np.ndarray, key: str
 ) -> Iterator[Finding]:
     """Findings against the points of some disks, or starts, at some speeds.
 
