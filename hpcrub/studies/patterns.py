@@ -21,6 +21,7 @@ from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
+from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude, peak
 
 FIRST = 64  # disks of every pattern in the first round
@@ -301,8 +302,7 @@ class PatternStudy(Study):
 
 def least_damping(file: ResultFile, pattern: int) -> np.ndarray:
     """Damping ratios of the least stable modes of the disks of a pattern; none without air."""
-    ratios = file.read("least_damping_ratio", pattern)
-    return ratios[np.isfinite(ratios)]
+    return finite(file.read("least_damping_ratio", pattern))
 
 
 def _in_words(percentile: float) -> str:
@@ -311,8 +311,7 @@ def _in_words(percentile: float) -> str:
 
 def _in_contact(file, pattern):
     """Percentiles of the amplitudes in contact of a pattern's disks, in words."""
-    size = 1e3 * file.read("contact_amplitude_m", pattern)
-    size = size[np.isfinite(size)]
+    size = finite(1e3 * file.read("contact_amplitude_m", pattern))
     if not size.size:
         return ""
     at = file.config.patterns.percentile
