@@ -173,9 +173,8 @@ class Modes(NamedTuple):
     @classmethod
     def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":
         """K modes of a planar structure, given by its contact points (C, K) alone."""
-        n_modes = len(omega)
-        none = np.zeros((0, n_modes))
-        return cls(omega, normal, tangential, none, tangential, np.eye(n_modes))
+        none = np.zeros((0, len(omega)))
+        return cls(omega, normal, tangential, none, tangential, np.eye(len(omega)))
 
 
 def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
