@@ -277,8 +277,7 @@ class Band:
         if self.scene.observes_stress:
             out.stress[index] = self.record.stress_peak[0, lane]
         out.half_peak_to_peak[index] = stroke / 2.0
-        blades = self.scene.interface.of_blades(verdict.largest)
-        out.localisation[index] = localisation(blades)
+        out.localisation[index] = localisation(self.scene.interface.of_blades(verdict.largest))
         if len(pairs.omega):
             n, modes = 2 * len(pairs.omega), self.modes.at(course.speed_hz)
             records = self.record.casing[:, lane].reshape(2 * self.window, -1, n)[last]

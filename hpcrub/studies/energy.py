@@ -215,9 +215,8 @@ class Energy(StudyInTime):
         names = "energy_j", "point_status", "point_reason"
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all
-        yield from verdict.of_points(
-            file.config, energy.max(axis=2), states, reasons, self.time_key
-        )
+        peaks = energy.max(axis=2)
+        yield from verdict.of_points(file.config, peaks, states, reasons, self.time_key)
 
 
 STUDY = Energy()

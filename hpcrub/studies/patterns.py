@@ -55,11 +55,9 @@ def words_of(config: Config) -> np.ndarray:
 
     The last rows may be UNKNOWN until the first round is over.
     """
-    asked = config.patterns
-    words = candidates(
-        config.disk.n_blades, len(asked.types_percent), asked.candidates, config.mistuning.seed
-    )
-    return np.vstack([np.full(config.disk.n_blades, -1), words])
+    asked, n = config.patterns, config.disk.n_blades
+    words = candidates(n, len(asked.types_percent), asked.candidates, config.mistuning.seed)
+    return np.vstack([np.full(n, -1), words])
 
 
 def in_letters(word: np.ndarray) -> str:

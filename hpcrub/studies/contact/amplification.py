@@ -139,8 +139,7 @@ def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
     Where the motion is not periodic, or one of several, its amplitude is one draw of many. The
     median over all runs is the reference of the amplifications.
     """
-    perturbed = np.full(config.disk.n_blades, apart(run))
-    return mistuned_modes(problem.reduced, perturbed)
+    return mistuned_modes(problem.reduced, np.full(config.disk.n_blades, apart(run)))
 
 
 def join(parts: dict[int, Any]) -> Any:

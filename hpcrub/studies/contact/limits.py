@@ -140,8 +140,7 @@ def depth_lines(file: ResultFile) -> Iterator[str]:
             deep = "through the coating" if is_through else _deep(depth[0], runs)
             yield f"the disk of the pattern cuts {deep}"
             continue
-        line = _depth_line(depth, runs, depth_of_all(file.config))
-        yield f"±{100 * half_range:.3g} %: {line}"
+        yield f"±{100 * half_range:.3g} %: {_depth_line(depth, runs, depth_of_all(file.config))}"
 
 
 def _tuned_depth_line(runs, all_of_it):
