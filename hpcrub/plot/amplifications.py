@@ -118,8 +118,7 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
             for value in with_interval(finished(best, name)[-1], at)[0]:
                 axes.axvline(value, color=look.colour, lw=0.8, alpha=0.6, zorder=0)
     draw_rows(axes, files, names)
-    level = 100 * best.read("half_range")[-1]
-    axes.set_title(f"Amplifications at ±{level:.3g} %")
+    axes.set_title(f"Amplifications at ±{100 * best.read('half_range')[-1]:.3g} %")
 
 
 def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> None:

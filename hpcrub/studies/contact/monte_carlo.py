@@ -270,9 +270,8 @@ class MonteCarlo(Job):
         running = self._running(self.numbers[0])
         errors = [percentiles.judged_error(c.criterion, level._asdict()) for level in running]
         shortest = min(error.shape[-1] for error in errors)
-        return percentiles.first_converged(
-            np.stack([e[:, :shortest] for e in errors]), c.target_error
-        )
+        known = np.stack([error[:, :shortest] for error in errors])
+        return percentiles.first_converged(known, c.target_error)
 
     def _write_statistics(self):
         """Statistics of the finished samples (rank 0).
