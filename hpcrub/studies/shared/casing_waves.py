@@ -69,8 +69,7 @@ def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
     yield "casing/interaction_hz", (), interactions(config, reduced, casing)
     yield "casing/blades_hz", (), _blades(reduced, casing, config.speeds.to_hz)
     speeds = np.linspace(0.0, SHOWN * config.speeds.to_hz, N_SPEEDS + 1)[1:]
-    tuned = np.zeros(config.disk.n_blades)
-    modes = mistuned_modes(reduced._replace(casing=casing), tuned)
+    modes = mistuned_modes(reduced._replace(casing=casing), np.zeros(config.disk.n_blades))
     rates, waves = permanent_growth(config, modes, speeds)
     yield "casing/speed_hz", (), speeds
     yield "casing/growth_per_s", (), rates
@@ -119,10 +118,9 @@ def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[st
 
 def report(file: ResultFile) -> Iterator[str]:
     """Lines about the waves, and about the speed from which permanent contact is unstable."""
-    if "casing/waves" not in file:
-        return
     casing = casing_modes_of(file.config)
-    assert casing is not None  # the file has its waves
+    if casing is None:
+        return
     yield from lines(file.config, casing, file.read("casing/interaction_hz"))
     speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
     waves, friction = file.read("casing/growing_waves"), file.config.contact.friction
