@@ -40,8 +40,7 @@ def reason(error: BaseException) -> str:
         return system[1]
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
-    lines = str(error).splitlines() or [type(error).__name__]
-    return lines[0]
+    return (str(error).splitlines() or [type(error).__name__])[0]
 
 
 def refuse_endless(path: str | Path) -> None:

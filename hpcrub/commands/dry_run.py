@@ -17,7 +17,7 @@ from hpcrub.ranks.progress import say
 from hpcrub.response.scene import can_touch
 from hpcrub.results.layout import PENDING
 from hpcrub.runs import cost, memory, result_files
-from hpcrub.runs.execution import Existing, Finished, examine, examine_all
+from hpcrub.runs.execution import Existing, examine, examine_all
 from hpcrub.runs.study import Run
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.problem import build_problem
@@ -112,15 +112,18 @@ def _estimate(seconds, n_ranks):
     return f"{progress.duration(seconds / n_ranks)} on {ranks}, {seconds / 3600:,.3g} core hours"
 
 
-def table(runs: Sequence[Run], outcomes: Sequence[Finished | HpcrubError]) -> Table:
-    """Table of several runs, a row for each: keys of its own, core hours, result in one line."""
+def table(runs: Sequence[Run], outcomes: Sequence[float | HpcrubError]) -> Table:
+    """Table of several runs, a row for each: keys of its own, core hours, result in one line.
+
+    outcomes: core seconds of every run, or its error.
+    """
     rows = Table(box=box.SIMPLE_HEAD, title="Runs")
     for heading in ("run", "its own keys", "core hours", "result"):
         rows.add_column(heading, overflow="fold")
     for number, (run, outcome) in enumerate(zip(runs, outcomes, strict=True), 1):
         hours, result = "-", f"failed: {outcome}"
-        if isinstance(outcome, Finished):
-            hours = f"{outcome.seconds * outcome.n_ranks / 3600:.3g}"
+        if isinstance(outcome, float):
+            hours = f"{outcome / 3600:.3g}"
             with open_result(run.config.output) as file:
                 result = next(iter(run.study.report(file)), "")
         rows.add_row(str(number), _own_keys(runs, run.config), hours, result)

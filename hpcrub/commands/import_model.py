@@ -40,8 +40,7 @@ def main(argv: list[str] | None = None) -> int:
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     top = argparse.ArgumentParser(prog="hpcrub import", description=__doc__)
-    formats = top.add_subparsers(dest="format", required=True)
-    add = formats.add_parser
+    add = top.add_subparsers(dest="format", required=True).add_parser
     for name, what, mesh in (
         ("calculix", "deck NAME.inp beside NAME.sti, NAME.mas and NAME.dof", None),
         ("ansys", "NAME.full of the disk at rest", "NAME.cdb with nodes and components"),

@@ -27,9 +27,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     out = os.path.expanduser(options.out)
     how = options.overwrite, options.samples, options.allow_mixed
     n_done, n_all = merge(out, options.parts, *how)
-    say(
-        f"{out}: {n_done} of {counted(n_all, 'sample')}, from {counted(len(options.parts), 'file')}"
-    )
+    files = counted(len(options.parts), "file")
+    say(f"{out}: {n_done} of {counted(n_all, 'sample')}, from {files}")
     if n_done < n_all:
         more = f" --set mistuning.samples={options.samples}" if options.samples else ""
         say(f"main.py with --output {out}{more} --resume computes the others")

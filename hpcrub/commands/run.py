@@ -26,7 +26,7 @@ from hpcrub.ranks import parallel, progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.results import storage
 from hpcrub.results.layout import PENDING
-from hpcrub.runs.execution import Existing, Finished, examine_all, execute
+from hpcrub.runs.execution import Existing, examine_all, execute
 from hpcrub.runs.study import Run
 from hpcrub.setup import input_files
 
@@ -83,7 +83,7 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
 def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -> int:
     """Execute several runs; if one fails, the others go on. Returns the largest exit code."""
     team.on_root(lambda: examine_all(runs, existing))  # before the first run takes its time
-    outcomes: list[Finished | HpcrubError] = []
+    outcomes: list[float | HpcrubError] = []  # core seconds, or what went wrong
     for number, run in enumerate(runs, 1):
         team.on_root(partial(progress.say, f"run {number} of {len(runs)}: {run.config.output}"))
         try:
@@ -96,7 +96,7 @@ def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -
             outcomes.append(error)
             team.on_root(partial(progress.say, f"this run failed: {error}"))
     team.on_root(lambda: progress.console().print(dry_run.table(runs, outcomes)))
-    done = [r.config.output for r, o in zip(runs, outcomes, strict=True) if isinstance(o, Finished)]
+    done = [r.config.output for r, o in zip(runs, outcomes, strict=True) if isinstance(o, float)]
     if draw and len(done) > 1 and not runs[0].config.is_part:
         team.on_root(partial(draw, done))
     return max((end.exit_code for end in outcomes if isinstance(end, HpcrubError)), default=0)

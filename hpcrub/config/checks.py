@@ -79,8 +79,7 @@ def pattern_problem(values: Any, deviation: np.ndarray, unit: str) -> str:
 
 def _changed(section):
     """Names of the keys of a section that differ from their defaults."""
-    usual = type(section).model_fields
-    return [name for name, value in section if value != usual[name].default]
+    return [key for key, value in section if value != type(section).model_fields[key].default]
 
 
 def _disk_problems(c):

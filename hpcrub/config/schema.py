@@ -118,8 +118,7 @@ class Config(Section):
     @property
     def is_goodman(self) -> bool:
         """Whether the stress of rotation raises all stresses (Goodman), see `setup.problem`."""
-        limits = self.limits
-        return self.disk.static_mpa is not None and limits.strength_mpa is not None
+        return self.disk.static_mpa is not None and self.limits.strength_mpa is not None
 
     @property
     def engine_order(self) -> int | None:

@@ -54,13 +54,11 @@ class Waves(NamedTuple):
 
     def motion(self, displacement: np.ndarray) -> np.ndarray:
         """Displacements per unit Re z and Im z (..., 2N), from those per coordinate (..., K)."""
-        part = displacement[..., self.rows] @ self.right
-        return part.conj().view(float)
+        return (displacement[..., self.rows] @ self.right).conj().view(float)
 
     def force(self, displacement: np.ndarray) -> np.ndarray:
         """Re z' and Im z' (..., 2N) that unit forces along displacements (..., K) add."""
-        part = displacement[..., self.rows] @ self.left[:, len(self.rows) :].T
-        return part.view(float)
+        return (displacement[..., self.rows] @ self.left[:, len(self.rows) :].T).view(float)
 
     def coordinates(self, parts: np.ndarray) -> np.ndarray:
         """Real modal coordinates (..., N) from alternating Re z and Im z (..., 2N)."""
@@ -69,8 +67,7 @@ class Waves(NamedTuple):
 
     def parts(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Alternating Re z and Im z (..., 2N), from modal coordinates and velocities (..., N)."""
-        z = np.concatenate([position, velocity], axis=-1) @ self.left.T
-        return z.view(float)
+        return (np.concatenate([position, velocity], axis=-1) @ self.left.T).view(float)
 
     @property
     def damping_ratio(self) -> np.ndarray:

@@ -50,9 +50,6 @@ class Profile(NamedTuple):
         return 1 if self.measured else math.gcd(*(order for order, *_ in self.harmonics))
 
 
-NO_PROFILE = Profile()
-
-
 class Outline(NamedTuple):
     """Measures of a casing's shape that loads and time steps depend on."""
 
@@ -115,7 +112,7 @@ class CasingShape(NamedTuple):
 
     n_bumps: int
     bump_height: float  # [m]
-    profile: Profile = NO_PROFILE
+    profile: Profile = Profile()
     bump_width: float = BUMP_WIDTH  # from the crest to 1/e of a bump's height [pitches]
 
     def height(self, phi: np.ndarray) -> np.ndarray:

@@ -96,7 +96,6 @@ def sentence(
     widths = {"coupling": coupling, "mistuning": half_range * share, "damping": 2 * damping}
     return (
         f"first family: coupling spreads it by {coupled}; blades of ±{100 * half_range:g} % "
-        f"stiffness by {100 * widths['mistuning']:.3g} %; resonances are "
-        f"{200 * damping:.3g} % wide: "
-        f"{max(widths, key=widths.__getitem__)} rules"
+        f"stiffness by {100 * widths['mistuning']:.3g} %; resonances are {200 * damping:.3g} % "
+        f"wide: {max(widths, key=widths.__getitem__)} rules"
     )

@@ -173,9 +173,8 @@ class Modes(NamedTuple):
     @classmethod
     def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":
         """K modes of a planar structure, given by its contact points (C, K) alone."""
-        n_modes = len(omega)
-        none = np.zeros((0, n_modes))
-        return cls(omega, normal, tangential, none, tangential, np.eye(n_modes))
+        none = np.zeros((0, len(omega)))
+        return cls(omega, normal, tangential, none, tangential, np.eye(len(omega)))
 
 
 def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
@@ -252,8 +251,7 @@ def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) 
 
     reduced, deviation: parameters with which `mistuned_modes` made the modes.
     """
-    stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
-    return project(stiffness, modes.shapes)
+    return project((1.0 + deviation)[:, None, None] * reduced.blade_stiffness, modes.shapes)
 
 
 def _craig_bampton_basis(disk, n_modes):
@@ -281,8 +279,7 @@ def _families(K, M, n_modes, n_blades):
         return modes
     values, modes = eigh(K, M)
     sectors = modes.reshape(n_blades, -1, len(K))
-    chosen = families.choose(values, sectors, n_modes // n_blades, are_all=True)
-    return modes @ chosen
+    return modes @ families.choose(values, sectors, n_modes // n_blades, are_all=True)
 
 
 def project(matrices: Any, basis: np.ndarray) -> np.ndarray:

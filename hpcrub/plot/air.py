@@ -7,6 +7,7 @@ from hpcrub.model.aero import largest_amplification
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, shades
 from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import finite
 
 SIGMA = "standard deviation of the blades' stiffness [%]"
 
@@ -72,7 +73,7 @@ def _draw_locus(axes: Axes, file: ResultFile) -> None:
 
 def _draw_least(axes: Axes, file: ResultFile) -> None:
     """Draw percentiles of the damping ratio of the least stable mode over the mistuning level."""
-    levels = [100 * ratio[np.isfinite(ratio)] for ratio in file.read("aero/least_damping_ratio")]
+    levels = [100 * finite(ratios) for ratios in file.read("aero/least_damping_ratio")]
     tuned = 100 * file.read("aero/tuned_damping_ratio")
     known = [level for level, ratios in enumerate(levels) if len(ratios)]
     if not known:

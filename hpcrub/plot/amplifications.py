@@ -20,7 +20,7 @@ from hpcrub.plot.canvas import ENTRY, Canvas, figure
 from hpcrub.plot.families import finished, labels, reference
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import MIN_VALUES, confidence, with_interval
+from hpcrub.statistics.percentiles import MIN_VALUES, confidence, finite, with_interval
 from hpcrub.studies.contact import layout, measured
 from hpcrub.studies.contact.survey import shared_uncertainty
 
@@ -118,8 +118,7 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
             for value in with_interval(finished(best, name)[-1], at)[0]:
                 axes.axvline(value, color=look.colour, lw=0.8, alpha=0.6, zorder=0)
     draw_rows(axes, files, names)
-    level = 100 * best.read("half_range")[-1]
-    axes.set_title(f"Amplifications at ±{level:.3g} %")
+    axes.set_title(f"Amplifications at ±{100 * best.read('half_range')[-1]:.3g} %")
 
 
 def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> None:
@@ -206,8 +205,7 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
     diameters, sigma = file.read("n_diameters"), 100 * file.read("sigma")
     axes = canvas.grid(len(diameters), 3, (4, 3.3), AMPLIFICATION, sharex=True, sharey=True)
     for d, panel in enumerate(axes):
-        by_level = file.read("amplification", (slice(None), d))
-        values = [level[np.isfinite(level)] for level in by_level]
+        values = [finite(level) for level in file.read("amplification", (slice(None), d))]
         at = file.config.convergence.percentiles
         _explain(panel, [LINEAR], at)
         draw_curves(panel, sigma, values, at, LINEAR)

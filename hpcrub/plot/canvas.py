@@ -119,9 +119,8 @@ class Canvas:
         """
         columns = min(most, n)
         rows = -(-n // columns)
-        panels = self.panels(
-            rows, columns, (size[0] * columns, size[1] * rows + 0.6), **how
-        ).ravel()
+        whole = size[0] * columns, size[1] * rows + 0.6
+        panels = self.panels(rows, columns, whole, **how).ravel()
         for panel in panels[n:]:
             panel.set_axis_off()
             if panel in self.axes:

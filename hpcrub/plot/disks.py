@@ -162,8 +162,7 @@ def families(diameters: Any, frequencies: Any) -> list[Any]:
     columns = []
     for d in range(int(diameters.max()) + 1):
         mine = np.sort(frequencies[diameters == d])
-        new = np.diff(mine, prepend=-np.inf) > PINCH * mine
-        columns.append(mine[new])
+        columns.append(mine[np.diff(mine, prepend=-np.inf) > PINCH * mine])
     return [np.array(family) for family in zip(*columns, strict=False)]
 
 

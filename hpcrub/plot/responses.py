@@ -230,8 +230,7 @@ def _draw_differences(
             label="twice the scatter of both disks from run to run",
         )  # fmt: skip
     else:
-        words = "what another run would change is not known"
-        axes.set_title(words, fontsize="small", color="0.3")
+        axes.set_title("what another run would change is not known", fontsize="small", color="0.3")
     axes.axhline(0.0, color=BLACK, lw=1.2)
 
 
@@ -259,9 +258,8 @@ def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> No
         panel.set_title(label, fontsize=11)
         draw_samples(panel, file)
         alike = same and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz"))
-        if file is not best and alike:
+        beside = alike and file is not best
+        if beside:
             draw_response(panel, best, "tuned", (), BLACK, "tuned disk, reference", lw=1.0)
-            draw_response(panel, file, "tuned", (), ORANGE, "tuned disk")
-        else:
-            draw_response(panel, file, "tuned", (), BLACK, "tuned disk")
+        draw_response(panel, file, "tuned", (), ORANGE if beside else BLACK, "tuned disk")
         panel.set(xlabel=SPEED if panel in axes[-columns:] else "", ylabel=size(file))

@@ -7,7 +7,7 @@ from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import with_interval
+from hpcrub.statistics.percentiles import finite, with_interval
 from hpcrub.statistics.rare import count, estimate, extrapolated
 from hpcrub.studies.checklist import CHANGES, LEAST, moved
 from hpcrub.studies.contact.limits import severities
@@ -61,7 +61,7 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
     peaks, n = 1e3 * file.read("peak_amplitude_m"), file.read("n_disks")
     at = file.config.convergence.percentiles
     for value, row, disks in zip(file.read("value"), peaks, n, strict=True):
-        known = row[:disks][np.isfinite(row[:disks])]
+        known = finite(row[:disks])
         percentiles, low, high = with_interval(known, at)  # NaN, not drawn, of no disk
         axes.plot(np.full(len(at), value), percentiles, "-o", ms=4, lw=1.0, color=BLUE)
         axes.vlines(np.full(len(at), value), low, high, color=BLUE, alpha=0.4, lw=5)
@@ -182,8 +182,7 @@ def _draw_contact(axes: Axes, file: ResultFile, rows: list[int]) -> None:
     """Draw the largest amplitudes in contact of the disks of the last patterns."""
     axes.plot([], [], ".", color="0.6", label="a disk")
     for place, p in enumerate(rows):
-        size = 1e3 * file.read("contact_amplitude_m", p)
-        size = size[np.isfinite(size)]
+        size = finite(1e3 * file.read("contact_amplitude_m", p))
         axes.plot(size, np.full(len(size), place), ".", color="0.6", ms=4)
         if size.size:
             axes.plot(np.median(size), place, "o", color=ORANGE, ms=6, label="median in contact")

@@ -51,9 +51,8 @@ def _draw_lines(axes: Axes, file: ResultFile, top: float) -> None:
         of_family = blades[:, family]
         if np.nanmin(of_family, initial=np.inf) < highest:
             ends = np.nanmin(of_family), 1.003 * np.nanmax(of_family)
-            axes.axhspan(
-                *ends, color=f"{0.35 + 0.3 * family}", label=f"blades, family {family + 1}"
-            )
+            shade, label = f"{0.35 + 0.3 * family}", f"blades, family {family + 1}"
+            axes.axhspan(*ends, color=shade, label=label)
     for j, colour in enumerate(shades(len(waves))):
         n, f = waves[j], frequency[j]
         axes.plot(speed, np.abs(f - n * speed), color=colour, lw=1.4, label=f"casing, n = {n}")
@@ -148,9 +147,7 @@ def _draw_runaway(axes: Axes, file: ResultFile) -> None:
         return
     share = 100.0 * np.isfinite(file.read(f"samples/{away}", -1)[done]).mean(axis=0)
     right = axes.twinx()
-    width = 0.8 * np.diff(edges(speeds))[0]
-    right.bar(speeds, share, width=width, color="0.6", alpha=0.4, lw=0)
+    grey: dict[str, Any] = {"color": "0.6", "alpha": 0.4, "lw": 0}
+    right.bar(speeds, share, 0.8 * np.diff(edges(speeds))[0], **grey)
     right.set(ylabel="disks that run away [%]", ylim=(0.0, 100.0))
-    axes.fill_between(
-        [], [], color="0.6", alpha=0.4, lw=0, label="share of the mistuned disks that run away"
-    )
+    axes.fill_between([], [], label="share of the mistuned disks that run away", **grey)

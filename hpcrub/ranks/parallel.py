@@ -242,12 +242,10 @@ class Team:
         Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
         """
         self.shared = shared
+        side: Any = Worker(self, compute)
         if self.rank == 0:
-            stopped_by = Dispatcher(self, Assignments(tasks, self.size), compute, on_result).run()
-        else:
-            stopped_by = None  # rank 0 knows, and says it below
-            Worker(self, compute).run()
-        stopped_by = self.bcast(stopped_by)  # a signal may have come after rank 0 had said the end
+            side = Dispatcher(self, Assignments(tasks, self.size), compute, on_result)
+        stopped_by = self.bcast(side.run())  # a signal may come after rank 0 has said the end
         if stopped_by:
             _result_or_raise(None, Interrupted(stopped_by))
 

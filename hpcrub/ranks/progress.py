@@ -153,9 +153,8 @@ def amount(n_done: int, n_total: int, expected: int | None = None, unit: str = "
     goal = min(expected, n_total)
     if n_done < goal:
         return f"{n_done} of about {goal}{unit} (at most {n_total})"
-    return f"{n_done} of at most {n_total}{unit}" + (
-        f", more than the {goal} expected" if goal else ""
-    )
+    more = f", more than the {goal} expected" if goal else ""
+    return f"{n_done} of at most {n_total}{unit}{more}"
 
 
 def duration(seconds: float) -> str:

@@ -277,8 +277,7 @@ class Band:
         if self.scene.observes_stress:
             out.stress[index] = self.record.stress_peak[0, lane]
         out.half_peak_to_peak[index] = stroke / 2.0
-        blades = self.scene.interface.of_blades(verdict.largest)
-        out.localisation[index] = localisation(blades)
+        out.localisation[index] = localisation(self.scene.interface.of_blades(verdict.largest))
         if len(pairs.omega):
             n, modes = 2 * len(pairs.omega), self.modes.at(course.speed_hz)
             records = self.record.casing[:, lane].reshape(2 * self.window, -1, n)[last]
@@ -302,9 +301,11 @@ class Band:
 
     def _look(self, lane, course, now, before, last):
         """Verdict on the last two windows; None: go on. Sets the block of the next check."""
+        n_observed = self.bank.scheme.observed.shape[1]
+        history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.lanes))
 
-        def signals(row):
-            return tuple(self._signal(lane, window, row) for window in self._windows(now))
+        def signals(row):  # places in the ring stand for the blocks of a window
+            return tuple(history[window, :, row, lane].ravel() for window in self._windows(now))
 
         verdict = course.watch.look(before, last, signals, course.seconds(now), course.is_over)
         course.check = min(now + course.extension, course.cap)
@@ -321,9 +322,3 @@ class Band:
         """Largest observed displacements of the blocks in the ring (blocks, O, lanes) [m]."""
         peak = self.record.peak.reshape(2 * self.window, -1, len(self.lanes))
         return peak[:, : len(self.modes.observed)]
-
-    def _signal(self, lane, window, row):
-        """One observed displacement in the blocks of a window, which are places in the ring [m]."""
-        n_observed = self.bank.scheme.observed.shape[1]
-        history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.lanes))
-        return history[window, :, row, lane].ravel()

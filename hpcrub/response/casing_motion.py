@@ -20,11 +20,6 @@ class CasingMotion(NamedTuple):
     share: np.ndarray  # casing's part of the energy of disk and casing, at the end (S,) [-]
     growth: np.ndarray  # rate at which a casing runs away (S,) [1/s]
 
-    @classmethod
-    def empty(cls, n: int) -> "CasingMotion":
-        """CasingMotion of n speeds that are not integrated yet."""
-        return cls(*np.full((4, n), np.nan))
-
 
 def radial(pairs: Pairs, coordinates: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Outward motion of the casing (R, A) [m].
@@ -55,10 +50,9 @@ def largest(pairs: Pairs, coordinates: np.ndarray) -> tuple[float, int]:
 def share_of_energy(modes: Modes, bank: Bank, lane: int) -> float:
     """Casing's part of the energy of disk and casing in a lane [-]; modes: at its speed."""
     velocity = bank.state.increment[:, lane] / bank.scheme.step[lane]
+    position = bank.state.position[:, lane]
     omega = modes.omega, np.repeat(modes.pairs.omega, 2)
-    moving = zip(
-        modes.of_rows(velocity), omega, modes.of_rows(bank.state.position[:, lane]), strict=True
-    )
+    moving = zip(modes.of_rows(velocity), omega, modes.of_rows(position), strict=True)
     disk, casing = (v**2 + w**2 * q**2 for v, w, q in moving)
     return float(casing.sum() / np.concatenate([disk, casing]).sum())
 

@@ -219,8 +219,7 @@ def _piece(bank, modes, scene, grid, n_speeds):
     position, casing = (np.moveaxis(part, 2, 1) for part in parts)
     observed = observed.reshape(n_records, n_columns, width)[:, :n_observed, :n_speeds]
     peak = peak[:n_observed, :n_speeds]
-    lanes = range(n_speeds) if scene.coating else ()
-    worn = [bank.law.surface.worn_depth(lane) for lane in lanes]
+    worn = [bank.law.surface.worn_depth(k) for k in range(n_speeds if scene.coating else 0)]
     return Piece(
         time, position, casing, observed, peak, normal, tangential, axial, worn, np.empty(0)
     )

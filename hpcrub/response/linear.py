@@ -213,7 +213,11 @@ def _refine(residues, oscillators, w, low, high):
     smallest = np.min(1e-5 * oscillators.xi * oscillators.modes.omega)
     for _ in range(_MAX_ITERATIONS):
         inverse = 1 / oscillators.stiffness(w)
-        u, u1, u2 = _response_and_slopes(residues, inverse, *oscillators.slopes(w))
+        d1, d2 = oscillators.slopes(w)
+        term = residues * inverse  # of u, then of its two derivatives by w
+        term1 = -term * d1 * inverse
+        term2 = -(d2 * term + 2 * term1 * d1) * inverse
+        u, u1, u2 = (terms.sum(axis=1) for terms in (term, term1, term2))
         slope = (u1 * u.conj()).real
         bend = (u2 * u.conj()).real + np.abs(u1) ** 2
         low, high = np.where(slope > 0, w, low), np.where(slope > 0, high, w)
@@ -225,11 +229,3 @@ def _refine(residues, oscillators, w, low, high):
             break
         w = w + step
     return w, np.abs(u)
-
-
-def _response_and_slopes(residues, inverse, d1, d2):
-    """Response u = sum r/d and its two derivatives by w, from d1 and d2 of the stiffness d."""
-    term = residues * inverse
-    term1 = -term * d1 * inverse
-    term2 = -(d2 * term + 2 * term1 * d1) * inverse
-    return term.sum(axis=1), term1.sum(axis=1), term2.sum(axis=1)

@@ -55,11 +55,6 @@ class Scene(NamedTuple):
         return self._replace(clearance=clearance, running=None)
 
     @property
-    def with_half_the_step(self) -> "Scene":
-        """The scene with twice the time steps in a revolution."""
-        return self._replace(step=self.step / 2.0, least_steps=2.0 * self.least_steps)
-
-    @property
     def repeats(self) -> int:
         """Periods of casing and load together in a turn."""
         casing = self.casing.repeats

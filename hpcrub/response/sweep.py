@@ -54,7 +54,7 @@ class SweepResult(NamedTuple):
         """Result of n speeds that are not integrated yet; n_strips: of a coating."""
         numbers, codes = np.full((7, n), np.nan), np.zeros((3, n), dtype=np.uint8)
         numbers[5] = 0.0  # time
-        motions = CasingMotion.empty(n), Wear.empty(n, n_strips)
+        motions = CasingMotion(*np.full((4, n), np.nan)), Wear.empty(n, n_strips)
         values: tuple[Any, ...] = *numbers, *codes, *motions
         return cls(*values)
 

@@ -63,8 +63,7 @@ _INDEX = {
 def index_scale(dimension: str, name: str) -> Dataset:
     """Return the scale `name` for a dimension along which no dataset has values."""
     words = _INDEX.get(dimension, f"number of the {dimension.replace('_', ' ')}, from 0")
-    percentile = dimension == "percentile"
-    units, dtype = ("percent", "f8") if percentile else ("1", "i8")
+    units, dtype = ("percent", "f8") if dimension == "percentile" else ("1", "i8")
     return Dataset(name, (dimension,), units, words, dtype)
 
 

@@ -117,12 +117,10 @@ class Results(ResultFile):
             else:
                 by_blade = values.reshape(-1, values.shape[-1]).T
                 columns |= {f"{label}_{blade}": column for blade, column in enumerate(by_blade, 1)}
-        axes = [self._axis(names[0], dimension, axis) for axis, dimension in enumerate(dimensions)]
+        lengths = zip(dimensions, self.shape(names[0]), strict=False)  # without the blades
+        axes = [  # where a dimension has no values, its indices
+            self[d] if d in self and self.shape(d) == (n,) else np.arange(n) for d, n in lengths
+        ]
         levels = [dimension.rpartition("/")[2] for dimension in dimensions]
         index = pandas.MultiIndex.from_product(axes, names=levels)
         return pandas.DataFrame(columns, index if len(levels) > 1 else index.get_level_values(0))
-
-    def _axis(self, name, dimension, axis):
-        """Return the values along one axis of a dataset, or its indices if it has no values."""
-        here = dimension in self and self.shape(dimension) == (self.shape(name)[axis],)
-        return self[dimension] if here else np.arange(self.shape(name)[axis])

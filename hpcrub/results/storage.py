@@ -325,9 +325,8 @@ class ResultFile:
                 self._dataset(name)[where] = value
             self._flush()
         except (OSError, RuntimeError) as error:
-            raise WriteError(
-                f"cannot write {self.path}: {trouble.unwritable(error, self.path)}"
-            ) from None
+            why = trouble.unwritable(error, self.path)
+            raise WriteError(f"cannot write {self.path}: {why}") from None
 
     def close(self) -> None:
         """Close the file; collective with several ranks."""

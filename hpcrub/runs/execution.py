@@ -30,13 +30,6 @@ class Existing(NamedTuple):
     allow_mixed: bool = False  # resume also a file that another state of the program has begun
 
 
-class Finished(NamedTuple):
-    """Duration and number of ranks of a completed run."""
-
-    seconds: float  # wall time
-    n_ranks: int
-
-
 def examine_all(runs: list[Run], existing: Existing) -> list[Run]:
     """Examine several runs before any work (rank 0). Raises InputError for the first error.
 
@@ -98,8 +91,8 @@ def make_sure(run: Run, existing: Existing, warnings: list[str]) -> None:
 
 def execute(
     team: Team, run: Run, existing: Existing, draw: Callable[[list[str]], None] | None = None
-) -> Finished:
-    """Execute a run from its configuration to its figures, on all ranks.
+) -> float:
+    """Execute a run from its configuration to its figures, on all ranks; returns core seconds.
 
     draw: draws the figures of result files (rank 0), if given.
     Raises InputError before any work has begun; Interrupted after a stop signal, with all finished
@@ -128,7 +121,7 @@ def execute(
             if draw and not run.config.is_part:
                 log.phase("figures")
                 team.on_root(partial(draw, [path]))
-    return Finished(time.monotonic() - began, team.size)
+    return (time.monotonic() - began) * team.size
 
 
 def _compute(team, run, prepared, warnings, log):

@@ -133,8 +133,7 @@ class Job:
     def _count(self, what, seconds):
         """Count a task that took some seconds, and tell how far the job is; what: parts of it."""
         self.work += Work(1, 0, seconds)
-        n_now = self.work.n_done - self.n_before
-        self.progress.part(what, *self.n_done(), n_now, self.expected)
+        self.progress.part(what, *self.n_done(), self.work.n_done - self.n_before, self.expected)
 
 
 class Study:

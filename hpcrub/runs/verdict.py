@@ -103,9 +103,8 @@ def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
     """Finding about n_lost of n disks without a result; meaning: what the study makes of them."""
     if n_lost:
         words = f"{n_lost} of {n} disks have no result"
-        yield Finding(
-            USELESS if n_lost > FEW * n else REMARK, words, f"{words} at any speed, and {meaning}"
-        )
+        weight = USELESS if n_lost > FEW * n else REMARK
+        yield Finding(weight, words, f"{words} at any speed, and {meaning}")
 
 
 def unsettled(
@@ -124,11 +123,7 @@ def unsettled(
 
 
 def of_points(
-    config: Config,
-    amplitude: np.ndarray,
-    states: np.ndarray,
-    reasons: np.ndarray,
-    key: str = TIME_KEY,
+    config: Config, amplitude: np.ndarray, states: np.ndarray, reasons: np.ndarray, key: str
 ) -> Iterator[Finding]:
     """Findings against the points of some disks, or starts, at some speeds.
 

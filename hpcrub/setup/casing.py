@@ -27,9 +27,8 @@ def casing_modes_of(config: Config) -> CasingModes | None:
 
 def _of_ring(config):
     ring = config.casing.ring
-    radius = ring.radius_mm
-    if radius is None:
-        radius = config.disk.tip_radius_mm + ring.thickness_mm / 2.0
+    beside_tips = config.disk.tip_radius_mm + ring.thickness_mm / 2.0
+    radius = beside_tips if ring.radius_mm is None else ring.radius_mm
     section = radius / 1000, ring.thickness_mm / 1000, ring.width
     bed = ring.bed_radial_n_per_m2, ring.bed_tangential_n_per_m2
     elastic = Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)

@@ -102,12 +102,10 @@ class Scenery(NamedTuple):
 
 def scenery(config: Config) -> Scenery:
     """Nodes for figures of a model file: of surface and contact, or all without a surface."""
-    model = _read(str(config.disk.model), str(config.disk.model_sha256))
-    disk = assembly.assemble(model)
+    disk = assembly.assemble(_read(str(config.disk.model), str(config.disk.model_sha256)))
     shown = np.isfinite(disk.nodes).all(axis=1)
     if len(disk.surface):
-        on = np.union1d(disk.surface, disk.contact_node)
-        shown &= np.isin(np.arange(len(shown)), on)
+        shown &= np.isin(np.arange(len(shown)), np.union1d(disk.surface, disk.contact_node))
     place = np.cumsum(shown) - 1
     nodes, surface, contact = disk.nodes[shown], place[disk.surface], place[disk.contact_node]
     is_reduced = disk.kind == "reduced"

@@ -54,10 +54,9 @@ def patterns(config: Config) -> np.ndarray:
     Raises InputError when the file has changed or does not fit the disk.
     """
     mistuning, n_blades = config.mistuning, config.disk.n_blades
-    path = mistuning.pattern_file
-    deviations = _deviations(
-        path, mistuning.pattern_sha256, mistuning.pattern_unit, config.material.young_modulus_gpa
-    )
+    path, unit = mistuning.pattern_file, mistuning.pattern_unit
+    young = config.material.young_modulus_gpa
+    deviations = _deviations(path, mistuning.pattern_sha256, unit, young)
     if deviations.shape[1] != n_blades:
         raise InputError(
             f"mistuning.pattern: {path} has {deviations.shape[1]} columns for the {n_blades} "

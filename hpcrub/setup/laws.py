@@ -56,5 +56,4 @@ def with_checksum(config: Config) -> Config:
     own, known = config.contact.own_law, config.contact.own_law_sha256
     if own is None or known is not None:
         return config
-    path = own.rpartition(":")[0]
-    return config.replace({"contact.own_law_sha256": model_file.checksum(path)})
+    return config.replace({"contact.own_law_sha256": model_file.checksum(own.rpartition(":")[0])})

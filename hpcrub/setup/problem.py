@@ -99,10 +99,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
     """Casing, contact, time step and steady-state test of a configuration."""
     steady, contact, interface = config.steady_state, config.contact, reduced.interface
     own = np.array(config.casing.blade_clearance_mm or [0.0] * interface.n_blades) / 1000
-    elastic_casing = None
-    if contact.casing_stiffness_n_per_m is not None:
-        spring = contact.casing_stiffness_n_per_m, contact.casing_damping_ns_per_m
-        elastic_casing = ElasticCasing(*spring)
+    stiffness, damping = contact.casing_stiffness_n_per_m, contact.casing_damping_ns_per_m
     return Scene(
         interface=interface._replace(clearance=interface.clearance + own[interface.blade]),
         damping_ratio=config.damping,
@@ -113,7 +110,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         friction=contact.friction,
         load=config.forcing.amplitude if config.forcing.in_contact else 0.0,
         load_order=config.engine_order or 1,
-        elastic_casing=elastic_casing,
+        elastic_casing=None if stiffness is None else ElasticCasing(stiffness, damping),
         coating=coating_of(config, interface),
         law=law_of(config),
         scheme=config.time.scheme,
@@ -129,8 +126,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
 
 def _lanes(config):
     """Numbers of lanes for a configuration: as many as its speeds fill, and fewer at the end."""
-    most = max(map(len, speed_bands(config.speeds.values_hz)))
-    fit = enough(WIDTHS, most)
+    fit = enough(WIDTHS, max(map(len, speed_bands(config.speeds.values_hz))))
     many = config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None]
     return tuple(n for n in WIDTHS if n <= fit) if many else (min(fit, ALONE),)
 

@@ -22,6 +22,11 @@ MIN_VALUES = 10  # least percentile values to judge convergence by: two may agre
 Z_95 = 1.96  # normal quantile of 95 % confidence
 
 
+def finite(values: np.ndarray) -> np.ndarray:
+    """Those of some values (...) that are known, neither NaN nor infinite, in their order (n,)."""
+    return values[np.isfinite(values)]
+
+
 def probability_interval(count: npt.ArrayLike, n: npt.ArrayLike, z: float) -> np.ndarray:
     """Confidence interval of the probability of an event that had `count` of n independent trials.
 

@@ -22,6 +22,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import APART, deviation
+from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import peaks_of
 
 LEAST = 0.01  # smallest mean change of the disks that counts [-]
@@ -125,7 +126,7 @@ class Checklist(Study):
         if not np.isfinite(size[0]).any():
             yield "no disk has a largest amplitude"
             return
-        mistuned = size[0, 1:][np.isfinite(size[0, 1:])]
+        mistuned = finite(size[0, 1:])
         middle = f"{np.median(mistuned):.4g} mm" if len(mistuned) else "-"
         yield (
             f"as asked: tuned {size[0, 0]:.4g} mm, median of {len(mistuned)} mistuned disks "

@@ -26,6 +26,7 @@ from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.study import open_contact, require_complete
 from hpcrub.studies.contact.survey import n_counted
 
@@ -108,8 +109,7 @@ def amplification(file: ResultFile) -> np.ndarray:
 def largest(file: ResultFile, name: str) -> tuple[np.ndarray, float]:
     """Largest value of a dataset for every sample (n,) and for the tuned disk; NaN: none known."""
     disks = file.read(f"tuned/{name}"), *file.read(name)
-    known = (values[np.isfinite(values)] for values in disks)
-    tuned, *samples = (values.max() if len(values) else np.nan for values in known)
+    tuned, *samples = (known.max() if len(known) else np.nan for known in map(finite, disks))
     return np.array(samples), tuned
 
 
@@ -192,7 +192,7 @@ class Energy(StudyInTime):
         yield from status.lines(status.count(reason), reason.size)
         by_energy, known = amplification(file), file.read("amplification")
         yield f"{len(by_energy)} samples: A_nl {known.min():.3f} to {known.max():.3f}"
-        by_energy = by_energy[np.isfinite(by_energy)]
+        by_energy = finite(by_energy)
         if not len(by_energy):
             yield (
                 "by strain energy: not known, all points of the tuned disk or of the samples "
@@ -215,9 +215,8 @@ class Energy(StudyInTime):
         names = "energy_j", "point_status", "point_reason"
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all
-        yield from verdict.of_points(
-            file.config, energy.max(axis=2), states, reasons, self.time_key
-        )
+        peaks = energy.max(axis=2)
+        yield from verdict.of_points(file.config, peaks, states, reasons, self.time_key)
 
 
 STUDY = Energy()

@@ -20,7 +20,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
-from hpcrub.statistics.percentiles import interval_in_words, with_interval
+from hpcrub.statistics.percentiles import finite, interval_in_words, with_interval
 from hpcrub.studies.shared import air
 
 ROUNDING = 1e-9  # share of the radial displacement below which a tangential one is rounding
@@ -135,8 +135,7 @@ class Linear(Study):
         yield f"percentiles {names} of the linear amplification, interval of the last"
         for d, n_diameters in enumerate(file.read("n_diameters")):
             for level, sigma in enumerate(file.read("sigma")):
-                values = file.read("amplification", (level, d))
-                values = values[np.isfinite(values)]
+                values = finite(file.read("amplification", (level, d)))
                 if len(values) == 0:
                     continue
                 at = file.config.convergence.percentiles

@@ -60,8 +60,7 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     yield from _of_reduced(config, reduced, cyclic.tuned_diameters(reduced))
     if disk is not None:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
-        n_modes = min(MOST_SHAPES, len(reduced.mass))
-        values, full = lowest_modes(K, disk.mass.tocsc(), n_modes)
+        values, full = lowest_modes(K, disk.mass.tocsc(), min(MOST_SHAPES, len(reduced.mass)))
         tips = full[contact_rows(disk)]  # (p, C, K)
         yield "full/frequencies_hz", (), np.sqrt(values) / (2 * np.pi)
         yield "full/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)

@@ -21,6 +21,7 @@ from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
+from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude, peak
 
 FIRST = 64  # disks of every pattern in the first round
@@ -54,11 +55,9 @@ def words_of(config: Config) -> np.ndarray:
 
     The last rows may be UNKNOWN until the first round is over.
     """
-    asked = config.patterns
-    words = candidates(
-        config.disk.n_blades, len(asked.types_percent), asked.candidates, config.mistuning.seed
-    )
-    return np.vstack([np.full(config.disk.n_blades, -1), words])
+    asked, n = config.patterns, config.disk.n_blades
+    words = candidates(n, len(asked.types_percent), asked.candidates, config.mistuning.seed)
+    return np.vstack([np.full(n, -1), words])
 
 
 def in_letters(word: np.ndarray) -> str:
@@ -301,8 +300,7 @@ class PatternStudy(Study):
 
 def least_damping(file: ResultFile, pattern: int) -> np.ndarray:
     """Damping ratios of the least stable modes of the disks of a pattern; none without air."""
-    ratios = file.read("least_damping_ratio", pattern)
-    return ratios[np.isfinite(ratios)]
+    return finite(file.read("least_damping_ratio", pattern))
 
 
 def _in_words(percentile: float) -> str:
@@ -311,8 +309,7 @@ def _in_words(percentile: float) -> str:
 
 def _in_contact(file, pattern):
     """Percentiles of the amplitudes in contact of a pattern's disks, in words."""
-    size = 1e3 * file.read("contact_amplitude_m", pattern)
-    size = size[np.isfinite(size)]
+    size = finite(1e3 * file.read("contact_amplitude_m", pattern))
     if not size.size:
         return ""
     at = file.config.patterns.percentile

@@ -68,12 +68,10 @@ class Seeking(Job):
 
         The order of looks does not depend on what the file holds already.
         """
+        target, most = self.config.threshold.probability, self.status.shape[1]
         while True:
-            above = exceeds(self.file) & (np.arange(self.status.shape[1]) < self.n_disks[:, None])
-            search = Search(
-                self.n_disks, above.sum(axis=1), self.config.threshold.probability,
-                self.status.shape[1],
-            )  # fmt: skip
+            above = exceeds(self.file) & (np.arange(most) < self.n_disks[:, None])
+            search = Search(self.n_disks, above.sum(axis=1), target, most)
             look = search.next_look()
             if look and (self.status[look[0], : look[1]] == PENDING).any():
                 spread = coarse(len(self.status))  # over the whole range, unlike all later values

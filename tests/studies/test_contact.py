@@ -16,7 +16,7 @@ from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup import disks
 from hpcrub.setup import problem as study
 from hpcrub.studies import energy, open_result
-from hpcrub.studies.contact import STUDY, amplification, trust
+from hpcrub.studies.contact import STUDY, amplification, survey, trust
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.summary import interval_table, level_table, point_lines
 from tests.program import TINY, contents, datasets, error_lines, load, run_here
@@ -61,7 +61,7 @@ def test_amplifications_are_peaks_over_the_reference(file):
 
 
 def test_the_summary_has_the_percentiles_of_every_level(file):
-    columns = cells(level_table(file, trust.survey(file)))
+    columns = cells(level_table(file, survey.survey(file)))
     for level in range(2):
         for column, name in ((3, "amplification"), (4, "linear_amplification")):
             percentiles = np.percentile(file.read(f"samples/{name}", level), [1, 50, 99])
@@ -87,11 +87,11 @@ def test_failed_points_are_told_in_words(copied):
     file = open_result("results/tiny.h5", mode="r+")
     most = max(file.read("samples/max_sweeps").max(), file.read("tuned/max_sweeps").max())
     assert 1 < most < 50
-    said = list(point_lines(trust.survey(file)))
+    said = list(point_lines(survey.survey(file)))
     assert said == [f"contact forces: at most {most} sweeps of the solver in a step"]
     codes = np.array([status.JAMMING, status.NOT_FINITE, status.JAMMING], np.uint8)
     contact_file.write_sample(file, 1, 1, {"point_reason": codes, "status": DONE})
-    one, two, _ = point_lines(trust.survey(file))  # three speeds, the tuned disk, four samples
+    one, two, _ = point_lines(survey.survey(file))  # three speeds, the tuned disk, four samples
     assert one == "1 of 15 points: diverged: a displacement is not finite"
     assert two.startswith("2 of 15 points: diverged: jamming")
     file.close()
@@ -139,7 +139,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
 
 
 def said(file):
-    found = trust.survey(file)
+    found = survey.survey(file)
     tables = cells(level_table(file, found)), cells(interval_table(file))
     return [*tables, *point_lines(found), *trust.lines(file, found), *STUDY.report(file)]
 

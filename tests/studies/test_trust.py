@@ -15,6 +15,7 @@ from hpcrub.runs.verdict import (
     MOST,
     REMARK,
     SINGLE,
+    TIME_KEY,
     USELESS,
     Finding,
     block,
@@ -106,7 +107,7 @@ def test_disks_that_do_not_touch_have_no_peak_at_an_end(file):
     found = survey(file)
     assert (found.lowest, found.highest) == (0, 1)
     still = np.zeros((2, 3)), np.full((2, 3), STEADY), np.zeros((2, 3), int)
-    assert list(of_points(file.config, *still)) == []
+    assert list(of_points(file.config, *still, TIME_KEY)) == []
 
 
 @pytest.mark.parametrize(

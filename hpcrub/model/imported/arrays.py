@@ -26,8 +26,7 @@ def symmetric(name: str, matrix: Any) -> Any:
     strict = [abs(lower(matrix, -1)).max(), abs(upper(matrix, 1)).max()]
     if min(strict) == 0.0 < max(strict):
         diagonal = matrix.diagonal()
-        whole = matrix + matrix.T
-        return whole - (sp.diags_array(diagonal) if sparse else np.diag(diagonal))
+        return matrix + matrix.T - (sp.diags_array(diagonal) if sparse else np.diag(diagonal))
     difference = abs(matrix - matrix.T).max()
     if difference > SYMMETRY * abs(matrix).max():
         raise InputError(

@@ -56,8 +56,7 @@ def wave(model: NeutralModel, n_diameters: int) -> sp.csr_array:
     rows, n_own = rows[0], len(own)
     turn = np.exp(2j * np.pi * n_diameters / model.n_sectors)
     phase = np.where(rows < n_own, 1.0, turn)
-    held = np.unique(rows[model.fixed] % n_own)
-    free = np.setdiff1d(np.arange(n_own), held)
+    free = np.setdiff1d(np.arange(n_own), rows[model.fixed] % n_own)
     P = sp.csr_array((phase, (np.arange(len(rows)), rows % n_own)), shape=(len(rows), n_own))
     return P[:, free]
 
@@ -198,8 +197,7 @@ def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
     middles = (square[1:] + square[:-1]) / 2
     places = np.sqrt(np.concatenate([square, middles]))
     if model.kind == "sector":
-        diameters = model.n_sectors // 2
-        first = [sector_frequencies(model, diameters, 1, s)[0] for s in places]
+        first = [sector_frequencies(model, model.n_sectors // 2, 1, s)[0] for s in places]
     else:
         disk = assemble(model)
         first = [frequencies(disk, 1, s)[0] for s in places]

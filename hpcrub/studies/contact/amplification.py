@@ -16,6 +16,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll
 from hpcrub.setup.disks import apart, modes_of
 from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import layout
 from hpcrub.studies.shared import casing_motion, worn
@@ -138,8 +139,7 @@ def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
     Where the motion is not periodic, or one of several, its amplitude is one draw of many. The
     median over all runs is the reference of the amplifications.
     """
-    perturbed = np.full(config.disk.n_blades, apart(run))
-    return mistuned_modes(problem.reduced, perturbed)
+    return mistuned_modes(problem.reduced, np.full(config.disk.n_blades, apart(run)))
 
 
 def join(parts: dict[int, Any]) -> Any:
@@ -181,7 +181,9 @@ def write_tuned(
     modes = modes_of_tuned(config, problem, 0)
     runs = [values_of(run, config.speeds.values_hz) for run in found]
     values = dict(runs[0])
-    values["permanent_growth_per_s"] = casing_motion.permanent_growth(config, modes)
+    if config.casing.vibrates:
+        growths = casing_motion.permanent_growth(config, modes, config.speeds.values_hz)
+        values["permanent_growth_per_s"] = growths[0]
     values["frequencies_hz"] = modes.omega / (2.0 * np.pi)
     for name, of_run in (
         ("run_peaks_m", "peak_amplitude_m"),
@@ -189,7 +191,7 @@ def write_tuned(
         ("run_amplitude_m", "amplitude_m"),
     ):
         values[name] = np.array([run[of_run] for run in runs])
-    known = values["run_peaks_m"][np.isfinite(values["run_peaks_m"])]
+    known = finite(values["run_peaks_m"])
     values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
     values["linear_amplitude_m"] = linear_amplitude(config, problem, modes)
     contact_file.write_tuned(file, values)

@@ -8,7 +8,7 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.model.coating import Coating
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import Z_95, probability_interval
+from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 from hpcrub.studies.contact.survey import Survey, finished, n_failed
 
 CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
@@ -129,8 +129,7 @@ def depth_lines(file: ResultFile) -> Iterator[str]:
     """Worn depths of the tuned disk and of every level's worst disk; nothing without a coating."""
     if "tuned/run_deepest_m" not in file:
         return
-    runs = file.read("tuned/run_deepest_m")
-    runs = runs[np.isfinite(runs)]
+    runs = finite(file.read("tuned/run_deepest_m"))
     yield from _tuned_depth_line(runs, depth_of_all(file.config))
     for level, half_range in enumerate(file.read("half_range")):
         depth = finished(file, level, "deepest_m")
@@ -141,8 +140,7 @@ def depth_lines(file: ResultFile) -> Iterator[str]:
             deep = "through the coating" if is_through else _deep(depth[0], runs)
             yield f"the disk of the pattern cuts {deep}"
             continue
-        line = _depth_line(depth, runs, depth_of_all(file.config))
-        yield f"±{100 * half_range:.3g} %: {line}"
+        yield f"±{100 * half_range:.3g} %: {_depth_line(depth, runs, depth_of_all(file.config))}"
 
 
 def _tuned_depth_line(runs, all_of_it):

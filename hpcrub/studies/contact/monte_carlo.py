@@ -162,7 +162,7 @@ class MonteCarlo(Job):
         part = range(task.part, len(self.speeds_hz), task.n_parts)
         result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
         if is_checked and self.config.mistuning.checked_samples:
-            finer = scene.with_half_the_step
+            finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
             half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, selection=part)
         return disk.Integrated(result, time.perf_counter() - start, half_step=half)
 
@@ -270,9 +270,8 @@ class MonteCarlo(Job):
         running = self._running(self.numbers[0])
         errors = [percentiles.judged_error(c.criterion, level._asdict()) for level in running]
         shortest = min(error.shape[-1] for error in errors)
-        return percentiles.first_converged(
-            np.stack([e[:, :shortest] for e in errors]), c.target_error
-        )
+        known = np.stack([error[:, :shortest] for error in errors])
+        return percentiles.first_converged(known, c.target_error)
 
     def _write_statistics(self):
         """Statistics of the finished samples (rank 0).
@@ -281,8 +280,7 @@ class MonteCarlo(Job):
         on the ranks. Its statistics end where it converged.
         """
         self.phase("statistics")
-        stops = self.config.convergence.stop_when_converged
-        length = self._converged_at() if stops else None
+        length = self._converged_at() if self.config.convergence.stop_when_converged else None
         n = length and length * self.config.convergence.step
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
             for level, running in enumerate(self._running(numbers, n)):

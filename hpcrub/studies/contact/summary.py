@@ -15,7 +15,6 @@ from hpcrub.runs import verdict
 from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
 from hpcrub.studies.contact import limits, measured, survey, trust
 from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, amplitude
-from hpcrub.studies.contact.survey import shared_uncertainty
 from hpcrub.studies.shared import casing_motion
 
 
@@ -121,8 +120,8 @@ def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
     for level, half_range in enumerate(file.read("half_range")):
         columns = []
         for name in names.values():
-            values, shared = survey.finished(file, level, name), shared_uncertainty(file, name)
-            columns.append(with_interval(factor * values, at, shared).T)
+            values = factor * survey.finished(file, level, name)
+            columns.append(with_interval(values, at, survey.shared_uncertainty(file, name)).T)
         for percentile, *found in zip(at, *columns, strict=True):
             parts = (part for value, *ends in found for part in ([value], ends))
             cells = (interval_in_words(*part, form=form) for part in parts)

@@ -9,7 +9,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.statistics.percentiles import Z_95, finite, percentile_interval
 from hpcrub.studies.contact import layout
 
 ROWS = 1000  # samples read at once
@@ -91,8 +91,8 @@ def n_failed(file: ResultFile, level: int) -> int:
 def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
     """Finite values of a dataset for the finished samples of a level, among those that count."""
     where = level, slice(n_counted(file))
-    values = file.read(f"samples/{name}", where)[file.read("samples/status", where) == DONE]
-    return values[np.isfinite(values)]
+    done = file.read("samples/status", where) == DONE
+    return finite(file.read(f"samples/{name}", where)[done])
 
 
 def shared_uncertainty(file: ResultFile, name: str = "amplification") -> np.ndarray:

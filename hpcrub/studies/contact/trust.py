@@ -11,22 +11,17 @@ from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.verdict import FEW, REMARK, SINGLE, USELESS, Finding
+from hpcrub.statistics.percentiles import finite
+from hpcrub.studies.contact import survey
 from hpcrub.studies.contact.limits import REACHED, depth_of_all, percent
-from hpcrub.studies.contact.survey import (
-    Survey,
-    finished,
-    n_counted,
-    n_failed,
-    shared_uncertainty,
-    survey,
-)
+from hpcrub.studies.contact.survey import n_counted
 
 FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is worth much
 
 
-def lines(file: ResultFile, found: Survey | None = None) -> list[str]:
+def lines(file: ResultFile, found: survey.Survey | None = None) -> list[str]:
     """Verdict on a study, and findings with advice; found: Survey of the file, if there is one."""
-    findings = _findings(file, found or survey(file))
+    findings = _findings(file, found or survey.survey(file))
     return verdict.block(findings, of_many=len(file.config.samples) > 1)
 
 
@@ -38,7 +33,7 @@ def short(file: ResultFile) -> list[str]:
 def _findings(file, counts):
     config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY])
     yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
-    lost = sum(n_failed(file, level) for level in config.levels)
+    lost = sum(survey.n_failed(file, level) for level in config.levels)
     n, missing = n_counted(file), "are missing in all percentiles"
     if not (file.status != PENDING).any():
         advice = "no mistuned disk is finished; the same input with --resume goes on"
@@ -59,7 +54,7 @@ def _worn_through(file):
     """Disks that cut through the coating and reach the casing behind it."""
     if "tuned/run_deepest_m" not in file:
         return
-    samples = (finished(file, level, "deepest_m") for level in file.config.levels)
+    samples = (survey.finished(file, level, "deepest_m") for level in file.config.levels)
     depth = np.concatenate([file.read("tuned/run_deepest_m"), *samples])
     n_disks = int(np.count_nonzero(np.isfinite(depth)))
     through = int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config)))
@@ -121,8 +116,7 @@ def half_step_moves(file: ResultFile) -> np.ndarray:
         np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", where))
         for name in ("half_step_peak_m", "peak_amplitude_m")
     )
-    moved = half / whole - 1.0
-    return moved[np.isfinite(moved)]
+    return finite(half / whole - 1.0)
 
 
 def _errors(file, counts):
@@ -140,13 +134,12 @@ def _errors(file, counts):
 
 def _reference(file):
     """Uncertainty of the tuned disk, to which all amplifications are relative."""
-    runs = file.read("tuned/run_peaks_m")
-    runs = runs[np.isfinite(runs)]
+    runs = finite(file.read("tuned/run_peaks_m"))
     if len(runs) < 2:
         advice = "the tuned disk was run once; mistuning.tuned_runs say how much A_nl owes to that"
         yield Finding(REMARK, "one tuned run", advice)
         return
-    below, above = shared_uncertainty(file)
+    below, above = survey.shared_uncertainty(file)
     if np.isnan(below) or np.isnan(above):
         words = f"{len(runs)} tuned runs are too few for a 95 % interval of their median"
         yield Finding(REMARK, "few tuned runs", f"{words}: mistuning.tuned_runs of 6 and more")

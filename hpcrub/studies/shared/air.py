@@ -12,7 +12,7 @@ from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Values
 from hpcrub.setup.aero import curve_of
-from hpcrub.statistics.percentiles import Z_95, probability_interval
+from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
 MOST_SHOWN = 200  # disks of a level whose complex modes are kept
 _WAVE, _SHOWN = ("wave",), ("level", "disk", "wave")
@@ -100,7 +100,7 @@ def report_of_mistuned(file: ResultFile) -> Iterator[str]:
     if not file.config.aero.exists:
         return
     for sigma, least in zip(file.read("sigma"), file.read("aero/least_damping_ratio"), strict=True):
-        least = least[np.isfinite(least)]
+        least = finite(least)
         if not len(least):
             continue
         low, middle, high = np.percentile(least, [1, 50, 99])

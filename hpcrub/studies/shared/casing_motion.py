@@ -25,19 +25,17 @@ PERMANENT = Dataset(
 )  # fmt: skip
 
 
-def permanent_growth(config: Config, modes: Modes) -> np.ndarray:
-    """Growth rate of the linear disk and casing in permanent contact [1/s].
+def permanent_growth(config: Config, modes: Modes, speeds_hz: np.ndarray) -> np.ndarray:
+    """Growth of the linear disk and casing, which vibrates, in permanent contact at speeds (S,).
 
-    modes: Modes of the tuned disk. Returns rates (2, S) at all speeds, without friction and with
-    it; NaN if the casing does not vibrate.
+    modes: Modes of the tuned disk. Returns rates [1/s] and waves that move most, (2, 2, S): each
+    without friction, then with it.
     """
-    speeds, frictions = config.speeds.values_hz, (0.0, config.contact.friction)
-    if not config.casing.vibrates:
-        return np.full((2, len(speeds)), np.nan)
-    return np.array([
-        [growth(modes.at(speed), config.damping, friction, speed).rate for speed in speeds]
-        for friction in frictions
-    ])  # fmt: skip
+    found = [
+        [growth(modes.at(speed), config.damping, friction, speed) for speed in speeds_hz]
+        for friction in (0.0, config.contact.friction)
+    ]
+    return np.moveaxis(np.array(found), -1, 0)
 
 
 def lines(file: ResultFile, n_samples: int) -> Iterator[str]:

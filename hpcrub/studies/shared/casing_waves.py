@@ -10,11 +10,11 @@ from hpcrub.model.casing_modes import CasingModes
 from hpcrub.model.crossings import KINDS, N_FAMILIES
 from hpcrub.model.imported import cyclic
 from hpcrub.model.reduction import ReducedModel, mistuned_modes
-from hpcrub.response.casing_stability import growth
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Values
 from hpcrub.setup.casing import casing_modes_of
+from hpcrub.studies.shared.casing_motion import permanent_growth
 
 REACH = 10.0  # times the highest speed of the input: interactions are stored up to there
 SHOWN = 1.5  # times the highest speed of the input: report and figures go up to there
@@ -69,15 +69,11 @@ def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
     yield "casing/interaction_hz", (), interactions(config, reduced, casing)
     yield "casing/blades_hz", (), _blades(reduced, casing, config.speeds.to_hz)
     speeds = np.linspace(0.0, SHOWN * config.speeds.to_hz, N_SPEEDS + 1)[1:]
-    tuned = np.zeros(config.disk.n_blades)
-    modes = mistuned_modes(reduced._replace(casing=casing), tuned)
-    growths = [
-        [growth(modes.at(speed), config.damping, friction, speed) for speed in speeds]
-        for friction in (0.0, config.contact.friction)
-    ]
+    modes = mistuned_modes(reduced._replace(casing=casing), np.zeros(config.disk.n_blades))
+    rates, waves = permanent_growth(config, modes, speeds)
     yield "casing/speed_hz", (), speeds
-    yield "casing/growth_per_s", (), np.array([[at.rate for at in row] for row in growths])
-    yield "casing/growing_waves", (), np.array([[at.waves for at in row] for row in growths])
+    yield "casing/growth_per_s", (), rates
+    yield "casing/growing_waves", (), waves
 
 
 def _blades(reduced, casing, speed_hz):
@@ -122,10 +118,9 @@ def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[st
 
 def report(file: ResultFile) -> Iterator[str]:
     """Lines about the waves, and about the speed from which permanent contact is unstable."""
-    if "casing/waves" not in file:
-        return
     casing = casing_modes_of(file.config)
-    assert casing is not None  # the file has its waves
+    if casing is None:
+        return
     yield from lines(file.config, casing, file.read("casing/interaction_hz"))
     speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
     waves, friction = file.read("casing/growing_waves"), file.config.contact.friction

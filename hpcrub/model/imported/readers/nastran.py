@@ -32,8 +32,7 @@ def read(
             "reading Nastran's files needs the package pyNastran: pip install pyNastran"
         ) from None
     with reading(mesh):
-        deck = str(mesh)
-        grid = read_bdf(deck, validate=False, xref=True, punch=None, debug=None)
+        grid = read_bdf(str(mesh), validate=False, xref=True, punch=None, debug=None)
     number = np.array(sorted(grid.nodes))
     place = np.array([grid.nodes[k].get_position() for k in number])
     corners = [element.node_ids for element in grid.elements.values()]
