@@ -80,11 +80,8 @@ def _pushed(operators, approach, slip, friction):
 
 @numba.njit
 def _integrate(operators, casing, face, speeds_hz, h, theta, n_steps, y, start, peaks):
-    """Integrate from y = (u, v) (2n, S) at the times start (S,) (y, peaks are modified).
-
-    face: angles (n_c,), slip velocities by rotation (2 n_c, S), clearances (n_c,).
-    """
-    angle, turning, clearance = face
+    """Integrate from y = (u, v) (2n, S) at the times start (S,) (y, peaks are modified)."""
+    angle, turning, clearance = face  # turning: slip by rotation (2 n_c, S)
     n, n_c, omega = len(y) // 2, len(angle), 2.0 * np.pi * speeds_hz
     normal, along = operators.rows[:n_c], operators.rows[n_c:]
     before, place = np.empty((2, n_c, len(omega)))
@@ -130,6 +127,5 @@ def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration, theta=THETA
     operators = _operators(model, damping_ratio, h, theta)
     turning = np.outer(np.append(face.radius, np.zeros_like(face.radius)), 2 * np.pi * speeds_hz)
     points = face.angle, turning, casing.clearance + face.clearance
-    n_steps = round(duration / h)
-    _integrate(operators, casing, points, speeds_hz, h, theta, n_steps, y, since, peaks)
+    _integrate(operators, casing, points, speeds_hz, h, theta, round(duration / h), y, since, peaks)
     return peaks

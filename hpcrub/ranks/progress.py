@@ -17,6 +17,7 @@ from hpcrub.config.text import counted
 from hpcrub.errors import reason
 from hpcrub.ranks.parallel import launched_size
 from hpcrub.results.layout import FAILED, PENDING
+from hpcrub.statistics.percentiles import finite
 
 INTERVAL, SHARE = 5.0, 0.05  # seconds between two lines, or this share of the time so far
 WIDTH = 106  # of the tables in a log
@@ -130,7 +131,7 @@ class Progress:
         """Time left, rate, and amplifications of the widest level, or of the pattern."""
         rate = (self.done - self.already) / max(time.monotonic() - self.began, 1e-9)
         left = duration((self.total - self.done) / rate)
-        values, config = amplification[-1][np.isfinite(amplification[-1])], self.config
+        values, config = finite(amplification[-1]), self.config
         text = f"{left} left ({rate:.3g}/s)"
         if not len(values):
             return text

@@ -21,6 +21,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.statistics.percentiles import finite
 from hpcrub.statistics.rare import Counts, Goal, Plan, Rule, count, estimate, n_needed, plan
 from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
 from hpcrub.studies.contact.limits import percent, severities, severity
@@ -246,8 +247,8 @@ def early_time(config: Config) -> float:
 
 def candidates(file: ResultFile) -> list[tuple[int, ...]]:
     """Candidates for the speeds (indices) of a first look: quantiles of the pilot's peak speeds."""
-    at = np.sort(file.read("pilot_peak_hz"))
-    at = at[np.isfinite(at)] if np.isfinite(at).any() else file.config.speeds.values_hz
+    at = np.sort(finite(file.read("pilot_peak_hz")))
+    at = at if at.size else file.config.speeds.values_hz
     places = (((np.arange(few) + 0.5) / few * len(at)).astype(int) for few in FEW)
     speeds = (np.searchsorted(file.config.speeds.values_hz, np.unique(at[i])) for i in places)
     return list(dict.fromkeys(tuple(map(int, indices)) for indices in speeds))

@@ -16,7 +16,8 @@ class Work(NamedTuple):
     factor: np.ndarray  # matrix of the equations of the chosen points (P·P, L)
     right: np.ndarray  # right sides of the equations, then the solution (P, L)
     undone: np.ndarray  # depth x that the force on each point of the group undoes (P, L) [m]
-    wrong: np.ndarray  # 1 + right code of each point that is not on its line, else 0 (P, L)
+    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (P, L)
+    wrong: np.ndarray
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
