@@ -22,6 +22,9 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
+# Containers set it; then each of the many programs that the tests start compiles every module anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help setup run test test-faults test-slurm validate stress bench scaling blisk rotor67 reproduce lint reference docs links clean
 .DEFAULT_GOAL := help
 

@@ -150,11 +150,10 @@ def reach_of_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int)
     for a in range(n_active):
         if law.turned[a]:
             i = state.active[a]
-            total = law.surface.total(lanes, law.surface, i, total)
-            total = v.fma(
-                v.load(lanes, state.multiplier, i), v.load(lanes, law.stiffness, i), total
-            )
-    return 0.0 - total * v.load(lanes, law.across, 0)
+            force = v.load(lanes, state.multiplier, i) * v.load(lanes, law.stiffness, i)
+            force = law.surface.total(lanes, law.surface, i, force)
+            total = v.fma(force, v.load(lanes, law.across, i), total)
+    return 0.0 - total
 
 
 @compiled(inner=True)

@@ -10,8 +10,9 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import TILE, TIPS
 from hpcrub.contact.laws.friction import turn
-from hpcrub.contact.laws.solid_arrays import SolidArrays
+from hpcrub.contact.laws.solid_arrays import SolidArrays, Work
 
 MOST_TRIALS = 60  # active sets of a group to try; about two are usual
 ALL_AT_ONCE = 12  # number of first trials in which all wrong points change; later one does
@@ -45,9 +46,9 @@ def set_equations(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
 
     On its line a point has x = slope·d + start, where d is the depth that the other forces leave.
     Where a chosen point is not active in a lane, its row is a row of the unit matrix, and its x is
-    0.
+    0. So is a row more where n is odd, for `eliminate`.
     """
-    n_rows = state.penetration.shape[0]
+    n_rows, size = state.penetration.shape[0], n + n % 2
     for r in range(n):
         a = law.work.chosen[r]
         i = state.active[a]
@@ -57,7 +58,59 @@ def set_equations(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
             value = slope * v.load(lanes, law.coupling, law.work.chosen[c] * n_rows + a)
             if r == c:
                 value = value + (1.0 - slope)
-            v.store(law.work.factor, r * n + c, value)
+            v.store(law.work.factor, r * size + c, value)
+    if size > n:
+        v.store(law.work.right, n, v.splat(lanes, 0.0))
+        for c in range(n):
+            v.store(law.work.factor, n * size + c, v.splat(lanes, 0.0))
+            v.store(law.work.factor, c * size + n, v.splat(lanes, 0.0))
+        v.store(law.work.factor, n * size + n, v.splat(lanes, 1.0))
+
+
+@compiled(inline=True, inner=True)
+def take_off(lanes: tuple, work: Work, n: int, p: int, r: int) -> tuple[np.ndarray, np.ndarray]:
+    """Take equations p and p + 1 off the right side of equation r (work is modified).
+
+    Returns the factors (L,) of both, which the matrix needs, too.
+    """
+    A, right = work.factor, work.right
+    first, second = v.load(lanes, A, p * n + p), v.load(lanes, A, (p + 1) * n + p + 1)
+    one = 0.0 - v.load(lanes, A, r * n + p) * first
+    other = v.fma(one, v.load(lanes, A, p * n + p + 1), v.load(lanes, A, r * n + p + 1))
+    other = 0.0 - other * second
+    less = v.fma(one, v.load(lanes, right, p), v.load(lanes, right, r))
+    v.store(right, r, v.fma(other, v.load(lanes, right, p + 1), less))
+    return one, other
+
+
+@compiled(inner=True)
+def eliminate(lanes: tuple, work: Work, n: int) -> None:
+    """Make the matrix of n equations, an even number, triangular (work is modified).
+
+    Two rows are taken off two others at a time, so that each number is loaded and stored half as
+    often. The reciprocals of the pivots end on the diagonal.
+    """
+    A, right = work.factor, work.right
+    for p in range(0, n, 2):
+        q = p + 1
+        scale = v.inverse(v.load(lanes, A, p * n + p))
+        v.store(A, p * n + p, scale)
+        less = 0.0 - v.load(lanes, A, q * n + p) * scale
+        v.store(right, q, v.fma(less, v.load(lanes, right, p), v.load(lanes, right, q)))
+        for c in range(q, n):
+            value = v.fma(less, v.load(lanes, A, p * n + c), v.load(lanes, A, q * n + c))
+            v.store(A, q * n + c, value)
+        v.store(A, q * n + q, v.inverse(v.load(lanes, A, q * n + q)))
+        for r in range(p + 2, n, 2):
+            s = r + 1
+            rp, rq = take_off(lanes, work, n, p, r)
+            sp, sq = take_off(lanes, work, n, p, s)
+            for c in range(p + 2, n):
+                first, second = v.load(lanes, A, p * n + c), v.load(lanes, A, q * n + c)
+                upper = v.fma(rp, first, v.load(lanes, A, r * n + c))
+                lower = v.fma(sp, first, v.load(lanes, A, s * n + c))
+                v.store(A, r * n + c, v.fma(rq, second, upper))
+                v.store(A, s * n + c, v.fma(sq, second, lower))
 
 
 @compiled(inner=True)
@@ -67,27 +120,17 @@ def solve_set(lanes: tuple, law: SolidArrays, n: int, begin: int, trying: np.nda
     begin: place of the first point of the group.
     trying: (L,) bool, lanes whose ``law.work.undone`` becomes x.
     """
-    work = law.work
-    for p in range(n):
-        scale = v.inverse(v.load(lanes, work.factor, p * n + p))
-        v.store(work.factor, p * n + p, scale)
-        known = v.load(lanes, work.right, p)
-        for r in range(p + 1, n):
-            less = 0.0 - v.load(lanes, work.factor, r * n + p) * scale
-            v.store(work.right, r, v.fma(less, known, v.load(lanes, work.right, r)))
-            for c in range(p + 1, n):
-                pivot = v.load(lanes, work.factor, p * n + c)
-                value = v.fma(less, pivot, v.load(lanes, work.factor, r * n + c))
-                v.store(work.factor, r * n + c, value)
+    work, size = law.work, n + n % 2
+    eliminate(lanes, work, size)
     idle = v.select(trying, 0.0, 1.0)
     for back in range(n):
         p = n - 1 - back
         less = v.splat(lanes, 0.0)
         for c in range(p + 1, n):
-            factor = v.load(lanes, work.factor, p * n + c)
+            factor = v.load(lanes, work.factor, p * size + c)
             less = v.fma(factor, v.load(lanes, work.right, c), less)
         x = v.load(lanes, work.right, p) - less
-        x = x * v.load(lanes, work.factor, p * n + p)
+        x = x * v.load(lanes, work.factor, p * size + p)
         v.store(work.right, p, x)
         at = work.chosen[p] - begin
         v.store(work.undone, at, v.select(idle > 0.0, v.load(lanes, work.undone, at), x))
@@ -111,12 +154,14 @@ def find_wrong(
     # numbers, because a mask that is made before a loop is no register inside
     far = v.select(trying, threshold, np.inf)
     most = v.select(trying, limit, np.inf)
-    for a in range(start, law.groups[group + 1]):
-        less = zero
+    for a in range(start, law.groups[group + 1], TILE):  # rows after the group are not used
+        less = v.tile_splat(TIPS, zero)
         for r in range(n):
-            effect = v.load(lanes, law.coupling, law.work.chosen[r] * n_rows + a)
-            less = v.fma(effect, v.load(lanes, law.work.right, r), less)
-        depth = v.load(lanes, state.depth, a) - less
+            effects = v.consecutive(TIPS, law.work.chosen[r] * n_rows + a)
+            less = v.tile_fma(less, law.coupling, effects, v.load(lanes, law.work.right, r))
+        v.tile_store(law.work.wrong, v.consecutive(TIPS, a - start), less)
+    for a in range(start, law.groups[group + 1]):
+        depth = v.load(lanes, state.depth, a) - v.load(lanes, law.work.wrong, a - start)
         v.store(law.work.wrong, a - start, depth)
         if not law.turned[a] and v.any_lane(most < depth):
             law.work.fresh[n_fresh] = a

@@ -105,7 +105,7 @@ class Solid(SurfaceLaw, SolidArrays):
         way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
         return cls(
             **v.lane_arrays(
-                width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=1, jams=1,
+                width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=n_points, jams=1,
                 compliance=3 * n_points**2, cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, touched=interface.n_blades,
             ),
@@ -141,7 +141,8 @@ class Solid(SurfaceLaw, SolidArrays):
         table = self.compliance.reshape(-1, 3, self.compliance.shape[1])
         spread(np.moveaxis(table, 1, 0), lane, np.swapaxes(W, 1, 2))
         most = np.abs(W[0]) + friction * np.hypot(W[1], W[2])
-        self.across[0, lane] = (most * (self.blade[:, None] != self.blade)).max()
+        most *= self.blade[:, None] != self.blade
+        self.across[: len(most), lane] = most.max(axis=0)
 
     def forces_on_points(
         self, multiplier: np.ndarray, scene: Scene

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact.lanes import lane_arrays
+from hpcrub.contact.lanes import TILE, lane_arrays
 from hpcrub.contact.protocols import Surface
 
 
@@ -13,10 +13,11 @@ class Work(NamedTuple):
 
     fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + 1,) int
     chosen: np.ndarray  # places of the points that carry a force (P,) int
-    factor: np.ndarray  # matrix of the equations of the chosen points (P·P, L)
-    right: np.ndarray  # right sides of the equations, then the solution (P, L)
+    factor: np.ndarray  # matrix of the equations of the chosen points, an even number ((P + 1)², L)
+    right: np.ndarray  # right sides of the equations, then the solution (P + 1, L)
     undone: np.ndarray  # depth x that the force on each point of the group undoes (P, L) [m]
-    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (P, L)
+    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (P + TILE,
+    # L), because it is written by tiles
     wrong: np.ndarray
 
     @staticmethod
@@ -30,7 +31,9 @@ class Work(NamedTuple):
         return cls(
             fresh=np.zeros(n_points + 1, dtype=np.int64),
             chosen=np.zeros(most, dtype=np.int64),
-            **lane_arrays(width, factor=most**2, right=most, undone=most, wrong=most),
+            **lane_arrays(
+                width, factor=(most + 1) ** 2, right=most + 1, undone=most, wrong=most + TILE
+            ),
         )
 
 
@@ -39,7 +42,7 @@ class SolidArrays(NamedTuple):
 
     coupling: np.ndarray  # W_ab/W_bb of listed points a and b ((C + 1)², L), row b·(C + 1) + a
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
-    across: np.ndarray  # largest motion of a point by a unit force on another blade (1, L) [m/N]
+    across: np.ndarray  # largest motion of other blades' points by a unit force (C, L) [m/N]
     jams: np.ndarray  # 1 where friction in some direction would make a point jam, else 0 (1, L)
     points: np.ndarray  # contact points, blade by blade (n,) int
     blade: np.ndarray  # blade of every contact point (n,) int
