@@ -13,7 +13,7 @@ can push other blades in, and blades within this bound join. A lane never depend
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import SWEEPS, UNSOLVED, State
+from hpcrub.contact.arrays import STUCK, SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.friction import fill_column, turn
 from hpcrub.contact.laws.groups import solve_group
@@ -138,7 +138,7 @@ def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarr
         for a in range(law.groups[n_groups]):
             law.work.fresh[a] = a
         turn(lanes, state, law, law.groups[n_groups], law.groups[n_groups])
-        v.store(law.work.right, 0, stuck)
+        v.store(state.report, STUCK, stuck)
         law.surface.despair(state, law, law.groups[n_groups])
     return law.groups[n_groups]
 
@@ -184,7 +184,7 @@ def left_by_others(lanes: tuple, state: State, law: SolidArrays, n_groups: int, 
 
 @compiled
 def solve_stuck(state: State, law: SolidArrays, n_active: int) -> None:
-    """Multipliers of the lanes marked in ``law.work.right`` by pivoting (state is modified).
+    """Solve the lanes that ``state.report`` marks as stuck, by pivoting (state is modified).
 
     n_active: number of points; all are listed and have their columns.
     """
@@ -193,7 +193,7 @@ def solve_stuck(state: State, law: SolidArrays, n_active: int) -> None:
     M = np.empty((n_active, n_active))
     x = np.zeros(n_active)
     for lane in range(state.report.shape[1]):
-        if law.work.right[0, lane] == 0.0:
+        if state.report[STUCK, lane] == 0.0:
             continue
         for b in range(n_active):
             for a in range(n_active):

@@ -12,7 +12,7 @@ from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import TILE, TIPS
 from hpcrub.contact.laws.friction import turn
-from hpcrub.contact.laws.solid_arrays import SolidArrays, Work
+from hpcrub.contact.laws.solid_arrays import SolidArrays
 
 MOST_TRIALS = 60  # active sets of a group to try; about two are usual
 ALL_AT_ONCE = 12  # number of first trials in which all wrong points change; later one does
@@ -41,97 +41,93 @@ def choose(
 
 
 @compiled(inner=True)
-def set_equations(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
-    """Equations of the n chosen points, in ``law.work.factor`` and ``law.work.right`` (modified).
+def set_equations(lanes: tuple, state: State, law: SolidArrays, n: int, size: int) -> None:
+    """Equations of the n chosen points, in ``law.work.equations`` (modified).
 
     On its line a point has x = slope·d + start, where d is the depth that the other forces leave.
     Where a chosen point is not active in a lane, its row is a row of the unit matrix, and its x is
-    0. So is a row more where n is odd, for `eliminate`.
+    0. So are rows from n on.
+
+    size: number of rows, each with its right side at the end.
     """
-    n_rows, size = state.penetration.shape[0], n + n % 2
+    n_rows, equations = state.penetration.shape[0], law.work.equations
     for r in range(n):
-        a = law.work.chosen[r]
+        a, first = law.work.chosen[r], r * (size + 1)
         i = state.active[a]
         slope, start = law.surface.line(lanes, law.surface, i, v.load(lanes, law.touching, i))
-        v.store(law.work.right, r, v.fma(slope, v.load(lanes, state.depth, a), start))
         for c in range(n):
             value = slope * v.load(lanes, law.coupling, law.work.chosen[c] * n_rows + a)
             if r == c:
                 value = value + (1.0 - slope)
-            v.store(law.work.factor, r * size + c, value)
-    if size > n:
-        v.store(law.work.right, n, v.splat(lanes, 0.0))
-        for c in range(n):
-            v.store(law.work.factor, n * size + c, v.splat(lanes, 0.0))
-            v.store(law.work.factor, c * size + n, v.splat(lanes, 0.0))
-        v.store(law.work.factor, n * size + n, v.splat(lanes, 1.0))
+            v.store(equations, first + c, value)
+        for c in range(n, size):
+            v.store(equations, first + c, v.splat(lanes, 0.0))
+        v.store(equations, first + size, v.fma(slope, v.load(lanes, state.depth, a), start))
+    for r in range(n, size):
+        for c in range(size + 1):
+            v.store(equations, r * (size + 1) + c, v.splat(lanes, 1.0 if r == c else 0.0))
 
 
 @compiled(inline=True, inner=True)
-def take_off(lanes: tuple, work: Work, n: int, p: int, r: int) -> tuple[np.ndarray, np.ndarray]:
-    """Take equations p and p + 1 off the right side of equation r (work is modified).
-
-    Returns the factors (L,) of both, which the matrix needs, too.
-    """
-    A, right = work.factor, work.right
-    first, second = v.load(lanes, A, p * n + p), v.load(lanes, A, (p + 1) * n + p + 1)
-    one = 0.0 - v.load(lanes, A, r * n + p) * first
-    other = v.fma(one, v.load(lanes, A, p * n + p + 1), v.load(lanes, A, r * n + p + 1))
-    other = 0.0 - other * second
-    less = v.fma(one, v.load(lanes, right, p), v.load(lanes, right, r))
-    v.store(right, r, v.fma(other, v.load(lanes, right, p + 1), less))
-    return one, other
+def factors(lanes: tuple, A: np.ndarray, n: int, p: int, r: int) -> tuple[np.ndarray, np.ndarray]:
+    """Factors (L,) of rows p and p + 1 that make row r zero in columns p and p + 1."""
+    at = r * (n + 1) + p
+    pivot = p * (n + 1) + p
+    first = 0.0 - v.load(lanes, A, at) * v.load(lanes, A, pivot)
+    left = v.fma(first, v.load(lanes, A, pivot + 1), v.load(lanes, A, at + 1))
+    return first, 0.0 - left * v.load(lanes, A, pivot + n + 2)
 
 
 @compiled(inner=True)
-def eliminate(lanes: tuple, work: Work, n: int) -> None:
-    """Make the matrix of n equations, an even number, triangular (work is modified).
+def eliminate(lanes: tuple, A: np.ndarray, n: int) -> None:
+    """Make n equations, an even number, triangular (A, (n·(n + 1), L), is modified).
 
-    Two rows are taken off two others at a time, so that each number is loaded and stored half as
+    Two rows are added to two others at a time, so that each number is loaded and stored half as
     often. The reciprocals of the pivots end on the diagonal.
     """
-    A, right = work.factor, work.right
     for p in range(0, n, 2):
-        q = p + 1
-        scale = v.inverse(v.load(lanes, A, p * n + p))
-        v.store(A, p * n + p, scale)
-        less = 0.0 - v.load(lanes, A, q * n + p) * scale
-        v.store(right, q, v.fma(less, v.load(lanes, right, p), v.load(lanes, right, q)))
-        for c in range(q, n):
-            value = v.fma(less, v.load(lanes, A, p * n + c), v.load(lanes, A, q * n + c))
-            v.store(A, q * n + c, value)
-        v.store(A, q * n + q, v.inverse(v.load(lanes, A, q * n + q)))
+        one, two = p * (n + 1), (p + 1) * (n + 1)
+        scale = v.inverse(v.load(lanes, A, one + p))
+        v.store(A, one + p, scale)
+        less = 0.0 - v.load(lanes, A, two + p) * scale
+        for c in range(p + 1, n + 1):
+            value = v.fma(less, v.load(lanes, A, one + c), v.load(lanes, A, two + c))
+            v.store(A, two + c, value)
+        v.store(A, two + p + 1, v.inverse(v.load(lanes, A, two + p + 1)))
         for r in range(p + 2, n, 2):
-            s = r + 1
-            rp, rq = take_off(lanes, work, n, p, r)
-            sp, sq = take_off(lanes, work, n, p, s)
-            for c in range(p + 2, n):
-                first, second = v.load(lanes, A, p * n + c), v.load(lanes, A, q * n + c)
-                upper = v.fma(rp, first, v.load(lanes, A, r * n + c))
-                lower = v.fma(sp, first, v.load(lanes, A, s * n + c))
-                v.store(A, r * n + c, v.fma(rq, second, upper))
-                v.store(A, s * n + c, v.fma(sq, second, lower))
+            three, four = r * (n + 1), (r + 1) * (n + 1)
+            one_in_three, two_in_three = factors(lanes, A, n, p, r)
+            one_in_four, two_in_four = factors(lanes, A, n, p, r + 1)
+            for c in range(p + 2, n + 1):
+                first, second = v.load(lanes, A, one + c), v.load(lanes, A, two + c)
+                upper = v.fma(one_in_three, first, v.load(lanes, A, three + c))
+                lower = v.fma(one_in_four, first, v.load(lanes, A, four + c))
+                v.store(A, three + c, v.fma(two_in_three, second, upper))
+                v.store(A, four + c, v.fma(two_in_four, second, lower))
 
 
 @compiled(inner=True)
-def solve_set(lanes: tuple, law: SolidArrays, n: int, begin: int, trying: np.ndarray) -> None:
-    """Solve the n equations for the depths x, by Gaussian elimination (law.work is modified).
+def solve_set(
+    lanes: tuple, law: SolidArrays, n: int, size: int, begin: int, trying: np.ndarray
+) -> None:
+    """Solve the equations of n chosen points for the depths x, ``law.work.depths`` (modified).
 
+    size: number of equations, as in `set_equations`.
     begin: place of the first point of the group.
     trying: (L,) bool, lanes whose ``law.work.undone`` becomes x.
     """
-    work, size = law.work, n + n % 2
-    eliminate(lanes, work, size)
-    idle = v.select(trying, 0.0, 1.0)
+    work, idle = law.work, v.select(trying, 0.0, 1.0)
+    eliminate(lanes, work.equations, size)
     for back in range(n):
         p = n - 1 - back
+        row = p * (size + 1)
         less = v.splat(lanes, 0.0)
         for c in range(p + 1, n):
-            factor = v.load(lanes, work.factor, p * size + c)
-            less = v.fma(factor, v.load(lanes, work.right, c), less)
-        x = v.load(lanes, work.right, p) - less
-        x = x * v.load(lanes, work.factor, p * size + p)
-        v.store(work.right, p, x)
+            factor = v.load(lanes, work.equations, row + c)
+            less = v.fma(factor, v.load(lanes, work.depths, c), less)
+        x = v.load(lanes, work.equations, row + size) - less
+        x = x * v.load(lanes, work.equations, row + p)
+        v.store(work.depths, p, x)
         at = work.chosen[p] - begin
         v.store(work.undone, at, v.select(idle > 0.0, v.load(lanes, work.undone, at), x))
 
@@ -158,7 +154,7 @@ def find_wrong(
         less = v.tile_splat(TIPS, zero)
         for r in range(n):
             effects = v.consecutive(TIPS, law.work.chosen[r] * n_rows + a)
-            less = v.tile_fma(less, law.coupling, effects, v.load(lanes, law.work.right, r))
+            less = v.tile_fma(less, law.coupling, effects, v.load(lanes, law.work.depths, r))
         v.tile_store(law.work.wrong, v.consecutive(TIPS, a - start), less)
     for a in range(start, law.groups[group + 1]):
         depth = v.load(lanes, state.depth, a) - v.load(lanes, law.work.wrong, a - start)
@@ -219,8 +215,9 @@ def solve_group(
     n, trying, tried = 0, solving, zero
     for trial in range(MOST_TRIALS):
         n = choose(lanes, state, law, n_groups, group, trying)
-        set_equations(lanes, state, law, n)
-        solve_set(lanes, law, n, start, trying)
+        size = n + n % 2
+        set_equations(lanes, state, law, n, size)
+        solve_set(lanes, law, n, size, start, trying)
         count = find_wrong(lanes, state, law, n_groups, group, n, threshold, limit, trying)
         tried = tried + v.select(trying, 1.0, 0.0)
         trying = count > 0.0

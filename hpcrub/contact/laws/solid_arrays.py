@@ -9,31 +9,32 @@ from hpcrub.contact.protocols import Surface
 
 
 class Work(NamedTuple):
-    """Work space for the solver of a group of at most P points; no step reads it from another."""
+    """Work space for the solver of a group of at most P points; no step reads it from another.
+
+    Arrays have R = P + TILE rows, because tiles and pairs of rows can go beyond the last point.
+    """
 
     fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + 1,) int
     chosen: np.ndarray  # places of the points that carry a force (P,) int
-    factor: np.ndarray  # matrix of the equations of the chosen points, an even number ((P + 1)², L)
-    right: np.ndarray  # right sides of the equations, then the solution (P + 1, L)
-    undone: np.ndarray  # depth x that the force on each point of the group undoes (P, L) [m]
-    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (P + TILE,
-    # L), because it is written by tiles
+    equations: np.ndarray  # equations of the chosen points, each with its right side (R·R, L)
+    depths: np.ndarray  # solution of the equations (R, L) [m]
+    undone: np.ndarray  # depth x that the force on each point of the group undoes (R, L) [m]
+    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (R, L)
     wrong: np.ndarray
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Names of arrays whose last axis is the lanes."""
-        return "factor", "right", "undone", "wrong"
+        return "equations", "depths", "undone", "wrong"
 
     @classmethod
     def allocate(cls, n_points: int, most: int, width: int) -> "Work":
         """Work space for n_points (padded) in groups of at most ``most`` points."""
+        rows = most + TILE
         return cls(
             fresh=np.zeros(n_points + 1, dtype=np.int64),
             chosen=np.zeros(most, dtype=np.int64),
-            **lane_arrays(
-                width, factor=(most + 1) ** 2, right=most + 1, undone=most, wrong=most + TILE
-            ),
+            **lane_arrays(width, equations=rows**2, depths=rows, undone=rows, wrong=rows),
         )
 
 

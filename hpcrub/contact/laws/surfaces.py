@@ -31,7 +31,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import UNSOLVED, State
+from hpcrub.contact.arrays import STUCK, UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.giving import press
 from hpcrub.contact.laws.hard import Hard
@@ -369,9 +369,9 @@ class Coated(CoatedArrays):
     @staticmethod
     @compiled(inline=True, inner=True)
     def despair(state: State, law: Any, n_active: int) -> None:
-        """Report lanes that ``law.work.right`` marks as without solution (state is modified)."""
+        """Report the lanes that are stuck as lanes without a solution (state is modified)."""
         for lane in range(state.report.shape[1]):
-            if law.work.right[0, lane] != 0.0:
+            if state.report[STUCK, lane] != 0.0:
                 state.report[UNSOLVED, lane] = 1.0
 
 
