@@ -123,6 +123,17 @@ def test_turning_friction_on_several_points_is_the_textbook_scheme(seed):
     assert np.abs(fixed[:, :, 0] - expected).max() > 1e-2 * np.abs(expected).max()
 
 
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_blade_that_only_forces_on_others_push_in_gets_its_force(seed):
+    modes, scene = made_up(seed, n_blades=4, per_blade=2)
+    sides = np.where(scene.interface.blade < 2, 2.0, -2.0)  # opposite blades push each other in
+    shared = np.random.default_rng(100 + seed).normal(size=N_MODES)
+    modes = modes._replace(normal=modes.normal + sides[:, None] * shared)
+    expected, _ = textbook(modes, scene, SPEED, 700)
+    found, _ = integrate(modes, scene, [SPEED], 700)
+    assert np.abs(found[:, :, 0] - expected).max() < 1e-9 * np.abs(expected).max()
+
+
 @pytest.mark.parametrize(("seed", "lean"), [(2, -6.5), (3, -7.0)])
 def test_friction_that_turns_until_a_point_jams_is_found_with_and_without_other_lanes(seed, lean):
     """Also at points that others hold out of the casing, as they do here at some speeds."""
