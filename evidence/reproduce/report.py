@@ -143,7 +143,11 @@ def figures(folder, target):
         picture = pictures / f"figure_{number}_{name}.png"
         if number == "7":
             drawing = Figure(layout="constrained")
-            mark_points(*plot.summary(paths[0], drawing))
+            panels = plot.summary(paths[0], drawing)
+            # stars at the amplitudes that the paper prints, and at the localisations
+            for panel, column in zip(panels, (1, 2), strict=True):
+                for point in pattern.POINTS:
+                    panel.plot(point[0], point[column], "*", color=ORANGE, ms=13, mec="w", zorder=5)
             drawing.savefig(picture, dpi=150, bbox_inches="tight")
         else:
             try:
@@ -154,10 +158,3 @@ def figures(folder, target):
             shutil.move(drawn, picture)
         parts.append(f"Figure {number}: {title}\n\n![{title}]({pictures.name}/{picture.name})\n")
     return "\n".join(parts)
-
-
-def mark_points(left, right):
-    """Stars at the amplitudes that the paper prints, and at the localisations."""
-    for panel, column in ((left, 1), (right, 2)):
-        for point in pattern.POINTS:
-            panel.plot(point[0], point[column], "*", color=ORANGE, ms=13, mec="w", zorder=5)
