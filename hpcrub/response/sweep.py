@@ -58,10 +58,14 @@ class SweepResult(NamedTuple):
         values: tuple[Any, ...] = *numbers, *codes, *motions
         return cls(*values)
 
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All arrays with a row for every speed."""
+        return *self[:10], *self.casing, *self.wear
+
     def take(self, speeds: Any, other: "SweepResult") -> None:
         """Copy the response at some speeds (an index) from another result (self is modified)."""
-        arrays = ((*sweep[:10], *sweep.casing, *sweep.wear) for sweep in (self, other))
-        for values, new in zip(*arrays, strict=True):
+        for values, new in zip(self.arrays, other.arrays, strict=True):
             values[speeds] = new[speeds]
 
     def continued(self, reason: np.ndarray) -> "SweepResult":

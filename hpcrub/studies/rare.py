@@ -110,8 +110,7 @@ class Sampling(Job):
             look = np.fmax.reduce(self._early(modes, looked_at, poll), keepdims=True)
             inclusion = rule.inclusion(look)[0]
             yield "look", sample, look[0]
-        draw = mistuning.uniform(self.config.mistuning.seed, mistuning.INCLUSION, 0, sample, 1)
-        computed = float(draw[0] + 1.0) / 2.0 < inclusion
+        computed = drawn(self.config, sample) < inclusion
         if computed:
             result = run_sweep(modes, self.prepared.scene, speeds, poll)
             size, at = peak(result, speeds)
@@ -226,6 +225,12 @@ def numbers(config: Config) -> np.ndarray:
 def goal_of(config: Config) -> Goal:
     """Goal at which the study ends."""
     return Goal(config.limits.probability_error, config.limits.probability_below)
+
+
+def drawn(config: Config, sample: int) -> float:
+    """Random number in [0, 1): a disk is computed in full if it is below the inclusion."""
+    draw = mistuning.uniform(config.mistuning.seed, mistuning.INCLUSION, 0, sample, 1)
+    return float(draw[0] + 1.0) / 2.0
 
 
 def early_time(config: Config) -> float:
