@@ -24,7 +24,6 @@ from hpcrub.plot.families import labels
 from hpcrub.ranks.progress import say
 from hpcrub.results import model_file
 from hpcrub.results.layout import PENDING
-from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.studies import open_result, run_of
 
@@ -80,6 +79,7 @@ def _facts(path):
         lines = study.verdict(file)
         complete = n_done == status.size or study.is_enough(file)
         of = counted(status.size, study.unit.rstrip("s"))
+        origin = {n: v for n, v in file.attributes.items() if n not in ("config", "warnings")}
         partly = "" if complete else f"not complete, {n_done} of {of} are done; what is there is "
         return {
             "name": Path(path).name,
@@ -93,7 +93,11 @@ def _facts(path):
             "figures": list(_figures([path])),
             "checks": list(dict.fromkeys([*lines[1:], *file.warnings])),
             "left_out": list(_left_out(config)),
-            "provenance": list(_provenance(path, file)),
+            "provenance": [
+                ("file", str(Path(path).resolve())),
+                ("SHA-256", model_file.checksum(path)),
+                *((name, str(origin[name])) for name in sorted(origin)),
+            ],
         }
 
 
@@ -158,12 +162,3 @@ def _figures(paths: Sequence[str]) -> Iterator[dict[str, Any]]:
                 "what": words or main.get(file.config.study, picture.stem),
                 "data": f"data:{KINDS[picture.suffix]};base64,{data}",
             }
-
-
-def _provenance(path: str, file: ResultFile) -> Iterator[tuple[str, str]]:
-    """Yield the path of the file, its checksum and its attributes, as (name, value)."""
-    yield "file", str(Path(path).resolve())
-    yield "SHA-256", model_file.checksum(path)
-    for name, value in sorted(file.attributes.items()):
-        if name not in ("config", "warnings"):
-            yield name, str(value)

@@ -170,9 +170,8 @@ def _can_be_listed(speeds):
 
 
 def _steep_problems(c):
-    if not (c.casing.is_resolved and _can_be_listed(c.speeds)):
-        return
-    if (steps := resolution.least_steps(c)) > MOST_STEPS:
+    is_known = c.casing.is_resolved and _can_be_listed(c.speeds)
+    if is_known and (steps := resolution.least_steps(c)) > MOST_STEPS:
         yield (
             f"casing: its narrowest crest needs {steps:,.0f} time steps a turn, more than "
             f"{MOST_STEPS:,}; widen its bumps (casing.bump_width), lengthen casing.smoothing_mm "

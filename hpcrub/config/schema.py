@@ -85,8 +85,7 @@ class Config(Section):
 
     @model_validator(mode="after")
     def _keys_fit_together(self):
-        problems = list(config_checks.problems(self))
-        if problems:
+        if problems := list(config_checks.problems(self)):
             raise ValueError("\n".join(problems))
         return self
 

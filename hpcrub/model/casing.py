@@ -44,11 +44,6 @@ class Profile(NamedTuple):
         """Whether the profile has any harmonic or point."""
         return bool(self.harmonics or self.measured)
 
-    @property
-    def repeats(self) -> int:
-        """Number of periods in a turn, 0 when the height is the same everywhere."""
-        return 1 if self.measured else math.gcd(*(order for order, *_ in self.harmonics))
-
 
 class Outline(NamedTuple):
     """Measures of a casing's shape that loads and time steps depend on."""
@@ -130,7 +125,10 @@ class CasingShape(NamedTuple):
         """Number of periods of the shape in a turn."""
         if not self.profile.exists:
             return self.n_bumps
-        return math.gcd(self.n_bumps if self.bump_height > 0.0 else 0, self.profile.repeats)
+        if self.profile.measured:
+            return 1
+        orders = (order for order, *_ in self.profile.harmonics)
+        return math.gcd(self.n_bumps if self.bump_height > 0.0 else 0, *orders)
 
     def table(self, angle: np.ndarray, steps_per_revolution: int, n_steps: int) -> np.ndarray:
         """Heights (n_steps, C) [m] after each step, at points (C,) [rad] of the rotating frame."""

@@ -6,6 +6,7 @@ strains and two displacements, by a Gauss rule that is exact for them:
     K = int EA eps'eps + EI kappa'kappa ds,    M = int rho A (N_u'N_u + N_v'N_v) ds.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -100,9 +101,5 @@ def _rows(n_dof, columns, functions):
     return rows
 
 
-def _u(functions):
-    return _rows(8, [0, 1, 4, 5], functions)
-
-
-def _v(functions):
-    return _rows(8, [2, 3, 6, 7], functions)
+# rows over the dof (u, u', v, v') of both ends, from functions of u and from functions of v
+_u, _v = partial(_rows, 8, [0, 1, 4, 5]), partial(_rows, 8, [2, 3, 6, 7])

@@ -165,9 +165,7 @@ class Modes(NamedTuple):
     def at(self, speed_hz: float) -> "Modes":
         """Modes with the frequencies at a speed of rotation [Hz]; see `omega_at`."""
         speed = 2 * np.pi * speed_hz
-        waves = self.waves
-        if waves:
-            waves = waves._replace(eigenvalue=self.eigenvalues_at(speed))
+        waves = self.waves and self.waves._replace(eigenvalue=self.eigenvalues_at(speed))
         return self._replace(omega=self.omega_at(speed), speed=speed, waves=waves)
 
     @classmethod

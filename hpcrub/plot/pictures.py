@@ -10,7 +10,7 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
 from hpcrub.config.types import without_suffix
-from hpcrub.errors import HpcrubError
+from hpcrub.errors import HpcrubError, reason
 from hpcrub.plot.canvas import Drawing
 
 FRAMES_PER_SECOND = 25
@@ -64,8 +64,7 @@ def _save(drawn: Figure | FuncAnimation, target: Path) -> None:
             drawn.savefig(part, dpi=150, format=target.suffix[1:], bbox_inches="tight")
         os.replace(part, target)
     except OSError as error:
-        reason = error.strerror or error
-        raise HpcrubError(f"cannot write the figure {target}: {reason}") from None
+        raise HpcrubError(f"cannot write the figure {target}: {reason(error)}") from None
     finally:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)

@@ -112,16 +112,12 @@ def draw(axes: Any, solid: Solid, shape: Array | None = None) -> None:
         for blade in np.unique(solid.contact_blade):
             place = nodes[tips[solid.contact_blade == blade]].mean(axis=0)
             axes.text(*(place * [NUMBERS, NUMBERS, 1.0]), f"{blade + 1}", ha="center", va="center")
-    _frame(axes, nodes, NUMBERED if shape is None else ALONE)
-
-
-def _frame(axes: Any, nodes: Array, zoom: float) -> None:
-    """Fit axes without walls to the undeformed disk, so that all shapes have one scale."""
+    # axes without walls, which fit the undeformed disk, so that all shapes have one scale
     known = nodes[np.isfinite(nodes).all(axis=1)]
     low, high = known.min(axis=0), known.max(axis=0)
     least = 0.02 * (high - low).max()  # contact nodes of a planar disk lie in one plane
     for side, a, b in zip("xyz", low - least, high + least, strict=True):
         axes.set(**{f"{side}lim": (a, b)})
-    axes.set_box_aspect(high - low + 2 * least, zoom=zoom)
+    axes.set_box_aspect(high - low + 2 * least, zoom=NUMBERED if shape is None else ALONE)
     axes.view_init(elev=ELEVATION)
     axes.set_axis_off()

@@ -35,7 +35,13 @@ class Dispatcher:
                 with contextlib.suppress(Interrupted):
                     self._collect(0, [self.compute(task, self.poll)])
             self._serve()
-        self._dismiss()
+        # tell all ranks to end, and receive their messages until each has said good-bye
+        for rank in range(1, self.team.size):
+            self.team.comm.send(("end", None), rank, FROM_ROOT)
+        self._receive()
+        while self.present:
+            time.sleep(PAUSE)
+            self._receive()
         return self.stopped_by
 
     def poll(self) -> Any:
@@ -70,15 +76,6 @@ class Dispatcher:
         for task, result in zip(self.assignments.done(rank, len(results)), results, strict=True):
             if self.on_result(task, result):
                 self.assignments.closed = True
-
-    def _dismiss(self):
-        """Tell all ranks to end, and receive their messages until each has said good-bye."""
-        for rank in range(1, self.team.size):
-            self.team.comm.send(("end", None), rank, FROM_ROOT)
-        self._receive()
-        while self.present:
-            time.sleep(PAUSE)
-            self._receive()
 
 
 class Worker:

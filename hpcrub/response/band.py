@@ -132,9 +132,11 @@ class Band:
         for lane in range(len(self.lanes)):
             self._refill(lane, waiting, now)
         while self._running():
-            recording, event = self._next_event(now)
+            courses = [course for _, course in self._running()]
+            begin = min(course.records_from() for course in courses)  # block from which to record
+            event = begin if begin > now else min(course.next_event(now) for course in courses)
             until = min(event, now + self.most_blocks)
-            place = now % (2 * self.window) if recording else -1
+            place = now % (2 * self.window) if begin <= now else -1
             observer = self.record._replace(begin=place, watched=self._watched(now))
             integrate.run(self.bank, until - now, observer)
             self._follow(now, until)
@@ -161,14 +163,6 @@ class Band:
         kept = (running + idle)[:fewest]
         self.bank, self.record = self.bank.take(kept), take_lanes(self.record, kept)
         self.lanes = [self.lanes[lane] for lane in kept]
-
-    def _next_event(self, now):
-        """Whether any lane records from block ``now`` on, and the next block of an event."""
-        courses = [course for _, course in self._running()]
-        begin = min(course.records_from() for course in courses)
-        if begin > now:
-            return False, begin
-        return True, min(course.next_event(now) for course in courses)
 
     def _follow(self, now, until):
         """Pass the blocks from ``now`` on to the rules that need every block."""

@@ -70,11 +70,6 @@ class Scene(NamedTuple):
         """Number of strips of the coating, 0 without a coating."""
         return self.interface.n_strips if self.coating else 0
 
-    @property
-    def lift(self) -> float:
-        """Smallest clearance plus largest height of the casing [m]."""
-        return self.clearance + self.casing.highest
-
 
 def can_touch(scene: Scene) -> bool:
     """Whether a disk that starts at rest can ever touch the casing."""

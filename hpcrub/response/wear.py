@@ -87,26 +87,17 @@ class Wearing(Watch):
         coating, radius = self.scene.coating, float(self.scene.interface.radius.max())
         assert coating is not None  # a scene without coating has no Wearing
         grown = self.largest, self.time, worn.max(), self.growth
-        lost = volume(worn, coating, radius), energy(worn, coating, radius)
+        lost = worn_away(worn, coating, radius)
         shape = lobes(worn, self.scene), around(worn)
         for array, value in zip(wear, (*grown, *lost, *shape), strict=True):
             array[index] = value
 
 
-def element_area(worn: np.ndarray, coating: Coating, radius: float) -> float:
-    """Area of one bar [m²] of worn depths (Z, S); radius of the casing [m]."""
+def worn_away(worn: np.ndarray, coating: Coating, radius: float) -> tuple[float, float]:
+    """Volume [m³] and energy [J] of the wear; worn depths (Z, S) and radius of the casing [m]."""
     n_strips, n_bars = worn.shape
-    return coating.width / n_strips * 2.0 * np.pi * radius / n_bars
-
-
-def volume(worn: np.ndarray, coating: Coating, radius: float) -> float:
-    """Volume worn away [m³]; worn depths (Z, S) [m], radius of the casing [m]."""
-    return float(worn.sum() * element_area(worn, coating, radius))
-
-
-def energy(worn: np.ndarray, coating: Coating, radius: float) -> float:
-    """Energy that the wear has taken [J]; parameters as in `volume`."""
-    return float(coating.energy(worn).sum() * element_area(worn, coating, radius))
+    area = coating.width / n_strips * 2.0 * np.pi * radius / n_bars  # of a bar [m²]
+    return float(worn.sum() * area), float(coating.energy(worn).sum() * area)
 
 
 def cut_at_rest(scene: Scene, n_strips: int, n_bars: int) -> np.ndarray:

@@ -71,7 +71,10 @@ def trial(
     solid = len(modes.axial) > 0  # its contacts are harder to solve with longer steps
     step = problem.scene.step if solid else max(problem.scene.step, MEASURED_STEP)
     scene = problem.scene._replace(scheme="exact_modal", step=step)
-    speeds, scene = _within_reason(modes, scene, _speeds(config, solid))
+    # few speeds of a configuration leave lanes idle, here as in the study
+    speeds, most = config.speeds.values_hz, WIDTH if solid else MEASURED_SPEEDS
+    some = np.linspace(0, len(speeds) - 1, min(len(speeds), most)).round().astype(int)
+    speeds, scene = _within_reason(modes, scene, speeds[some])
     started = time.perf_counter()
     rest = sweep.Motion.at_rest(len(speeds), modes.n_rows)  # integrated even if nothing touches
     result = sweep.run_sweep(modes, scene, speeds, motion=rest)
@@ -79,12 +82,6 @@ def trial(
     until_steady = result.time.mean() if can_touch(problem.scene) else 0.0
     kept = _history_rate(modes, problem.scene, config) if histories else np.inf
     return Trial(seconds_per_disk, until_steady, rate, kept, result)
-
-
-def _speeds(config, solid):
-    """Some speeds of a configuration [Hz]; few of them leave lanes idle, here as in the study."""
-    speeds, most = config.speeds.values_hz, WIDTH if solid else MEASURED_SPEEDS
-    return speeds[np.linspace(0, len(speeds) - 1, min(len(speeds), most)).round().astype(int)]
 
 
 def _within_reason(modes, scene, speeds):

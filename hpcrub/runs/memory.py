@@ -12,10 +12,10 @@ from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.wear import N_ANGLES, REVOLUTIONS
 from hpcrub.runs.study import Run
-from hpcrub.setup import imported
 from hpcrub.setup.problem import time_grid
 
 DENSE = 8  # matrices of the full model in memory at once
+FILL = 60  # bytes of a factorisation for each byte of the file of an unreduced model
 SAMPLE = 64  # bytes on rank 0 for every sample, or disk at a value of a key, or of a pattern
 NUMBER = 8  # bytes
 # measured memory of a process that has just started, and of one that compiles [bytes]
@@ -25,13 +25,17 @@ INTERPRETER, COMPILING = 160_000_000, 400_000_000
 def estimate(run: Run) -> int:
     """Estimate the memory of the rank that needs most [bytes]."""
     study, config = run
-    model = imported.memory(config) if config.disk.model else DENSE * NUMBER * config.disk.n_dof**2
+    model, path = DENSE * NUMBER * config.disk.n_dof**2, config.disk.model
+    if path is not None:
+        model = (2 * config.disk.n_blades + 12) * NUMBER * config.n_coordinates**2
+        model += FILL * os.path.getsize(path) if os.path.exists(path) else 0
     (status,) = (line for line in run.datasets() if line.name.rpartition("/")[2] == "status")
     n_parts = math.prod(run.known_sizes()[dimension] for dimension in status.dimensions)
     rows = (NUMBER if study.of_tasks else SAMPLE) * n_parts
     integration = 0
     if study.integrates:
-        grid = cut_revolution(config.speeds.from_hz, time_grid(config))
+        speed, scene = config.speeds.from_hz, time_grid(config)
+        grid = cut_revolution(speed, scene)
         per_revolution = grid.steps_per_revolution // grid.stride
         records = per_revolution * config.steady_state.window_revolutions
         n_points = config.disk.n_points
@@ -40,13 +44,11 @@ def estimate(run: Run) -> int:
             integration += NUMBER * 4 * n_points**2 * WIDTH
         if config.contact.wears:
             integration += _worn(config, grid)
-    if study.histories:
-        records = history.n_records(
-            config.speeds.from_hz, config.history.duration_s, time_grid(config)
-        )
-        kept = config.n_coordinates + 4 * config.disk.n_points  # forces, displacements, gaps
-        one_speed = config.speeds.n_values == 1  # in pieces, and joined
-        integration += NUMBER * records * kept * (2 if one_speed else len(history.LANES))
+        if study.histories:
+            records = history.n_records(speed, config.history.duration_s, scene)
+            kept = config.n_coordinates + 4 * n_points  # forces, displacements, gaps
+            one_speed = config.speeds.n_values == 1  # in pieces, and joined
+            integration += NUMBER * records * kept * (2 if one_speed else len(history.LANES))
     return max(INTERPRETER + model + rows + integration, COMPILING * study.integrates)
 
 

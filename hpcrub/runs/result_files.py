@@ -70,8 +70,7 @@ def check(file: ResultFile, run: Run) -> None:
 
 def check_config(file: ResultFile, config: Config) -> None:
     """Raise InputError, which names the difference, for an open file of another configuration."""
-    changed = differences(file.config, config)
-    if changed:
+    if changed := differences(file.config, config):
         more = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
         n_samples, alone = config.mistuning.samples, len(changed) == 1
         growing = config.study == "contact" and not config.convergence.stop_when_converged

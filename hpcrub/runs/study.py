@@ -351,8 +351,7 @@ class Run(NamedTuple):
 
     def checked(self) -> "Run":
         """Return the run itself if its keys fit the study. Raises InputError."""
-        lines = list(self.problems())
-        if lines:
+        if lines := list(self.problems()):
             more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
             raise InputError(lines[0] + more)
         return self

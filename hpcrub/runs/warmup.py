@@ -36,15 +36,7 @@ def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> No
 
 
 def _load(modes, scene, histories):
-    modes, scene = _smallest_case(modes, scene)
-    for width in scene.lanes:
-        sweep.run_sweep(modes, scene, [100.0], width=width)
-    if histories:
-        list(history.integrate(modes, scene, np.array([100.0]), scene.steady.first_check))
-
-
-def _smallest_case(modes, scene):
-    """Modes and Scene with one contact point and few steps, of the types of the given ones."""
+    """Integrate one contact point for a few steps, with Modes and Scene of the types given."""
     two = np.eye(1, 2)  # arrays of a single mode would have another memory layout
     few = Modes.planar(np.ones(2), two, two)
     interface = planar_interface(np.zeros(1), 1.0)
@@ -52,7 +44,7 @@ def _smallest_case(modes, scene):
         few, interface = few._replace(axial=two), interface._replace(axial=np.zeros((1, 2)))
     if len(modes.stiffening):
         few = few._replace(stiffening=np.zeros((2, 2)))
-    return few, scene._replace(
+    short = scene._replace(
         interface=interface,
         damping_ratio=0.01,
         running=None,
@@ -60,3 +52,7 @@ def _smallest_case(modes, scene):
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
         observes_stress=False,
     )
+    for width in scene.lanes:
+        sweep.run_sweep(few, short, [100.0], width=width)
+    if histories:
+        list(history.integrate(few, short, np.array([100.0]), short.steady.first_check))

@@ -1,7 +1,6 @@
 """Disks from model files: keys of the configuration, full and reduced model, figure geometry."""
 
 import functools
-import os
 from typing import NamedTuple
 
 import numpy as np
@@ -15,9 +14,7 @@ from hpcrub.model.interface import strips
 from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.results import model_file
 
-NUMBER = 8  # bytes
 DIGITS = 4  # digits kept of a frequency: further digits may differ between machines
-FILL = 60  # bytes of a factorisation for each byte of the file of an unreduced model
 
 
 def resolved(config: Config) -> Config:
@@ -117,14 +114,6 @@ def known_speeds(config: Config) -> np.ndarray:
     if config.disk.model is None:
         return np.zeros(0)
     return _read(config.disk.model, str(config.disk.model_sha256)).speeds
-
-
-def memory(config: Config) -> int:
-    """Rough estimate of the memory that the model needs [bytes]."""
-    m = config.n_coordinates
-    matrices = (2 * config.disk.n_blades + 12) * NUMBER * m**2
-    path = str(config.disk.model)
-    return matrices + (FILL * os.path.getsize(path) if os.path.exists(path) else 0)
 
 
 def require_blade_stiffness(config: Config, drawn: bool) -> None:

@@ -9,7 +9,7 @@ from hpcrub.config.checks import deviation_of, pattern_problem
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.results import model_file, tables
-from hpcrub.setup import imported, laws
+from hpcrub.setup import imported
 
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
 WAVE_COLUMNS = "diameters", "damping_ratio", "frequency_shift"
@@ -22,7 +22,11 @@ def resolved(config: Config) -> Config:
 
     Raises InputError for a file that cannot be used or has changed.
     """
-    config = laws.with_checksum(imported.resolved(with_tables(config)))
+    config = imported.resolved(with_tables(config))
+    own = config.contact.own_law
+    if own is not None and config.contact.own_law_sha256 is None:
+        checksum = model_file.checksum(own.rpartition(":")[0])
+        config = config.replace({"contact.own_law_sha256": checksum})
     if config.mistuning.pattern_file is not None:
         patterns(config)
     return config

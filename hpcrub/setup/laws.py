@@ -49,11 +49,3 @@ def _module(path: str, checksum: str) -> ModuleType:
         del sys.modules[name]
         raise InputError(f"contact.own_law: {path}: {type(error).__name__}: {error}") from None
     return module
-
-
-def with_checksum(config: Config) -> Config:
-    """Complete a configuration by the checksum of its own law, if it has one."""
-    own, known = config.contact.own_law, config.contact.own_law_sha256
-    if own is None or known is not None:
-        return config
-    return config.replace({"contact.own_law_sha256": model_file.checksum(own.rpartition(":")[0])})

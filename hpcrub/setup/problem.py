@@ -80,7 +80,11 @@ def build_problem(config: Config) -> Problem:
     reduced = build_model(config).reduced
     # samples do not need the basis of the full model, which would be sent to all ranks
     no_basis = np.zeros((0, len(reduced.mass)))
-    interface = _beside_rotation(config, reduced.interface)
+    interface, strength = reduced.interface, config.limits.strength_mpa
+    if strength is not None and len(static := interface.stress_static):
+        # stresses are raised for the tension of rotation (Goodman); compression is no margin
+        left = 1.0 - np.maximum(static, 0.0) / (1e6 * strength)
+        interface = interface._replace(stress=interface.stress / left[:, None])
     reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config), interface=interface)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
@@ -129,15 +133,6 @@ def _lanes(config):
     fit = enough(WIDTHS, max(map(len, speed_bands(config.speeds.values_hz))))
     many = config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None]
     return tuple(n for n in WIDTHS if n <= fit) if many else (min(fit, ALONE),)
-
-
-def _beside_rotation(config, interface):
-    """Interface with stresses raised for the tension of rotation (Goodman), where it is known."""
-    strength, static = config.limits.strength_mpa, interface.stress_static
-    if strength is None or not len(static):
-        return interface
-    left = 1.0 - np.maximum(static, 0.0) / (1e6 * strength)  # compression is no margin
-    return interface._replace(stress=interface.stress / left[:, None])
 
 
 def coating_of(config: Config, interface: Interface) -> Coating | None:

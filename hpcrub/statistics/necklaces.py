@@ -4,6 +4,7 @@ Patterns that differ only by a rotation count as one, a *necklace*.
 """
 
 from collections.abc import Iterator
+from itertools import product
 from math import gcd
 
 import numpy as np
@@ -68,13 +69,12 @@ def neighbours(
     - n: number of new patterns; random patterns follow when there are no more neighbours.
     """
     words, most = dict.fromkeys(ranked), len(ranked) + n
-    for word in ranked:
-        for blade in range(len(word)):
-            for kind in range(n_types):
-                changed = first_rotation((*word[:blade], kind, *word[blade + 1 :]))
-                if len(set(changed)) > 1 and len(words) < most:
-                    words[changed] = None
-    _fill(words, len(ranked[0]), n_types, most, seed)
+    n_blades = len(ranked[0])
+    for word, blade, kind in product(ranked, range(n_blades), range(n_types)):
+        changed = first_rotation((*word[:blade], kind, *word[blade + 1 :]))
+        if len(set(changed)) > 1 and len(words) < most:
+            words[changed] = None
+    _fill(words, n_blades, n_types, most, seed)
     return list(words)[len(ranked) :]
 
 

@@ -61,8 +61,7 @@ def follow(
         if before is not None and whole.point_status[before] != DIVERGED:
             for values in motion:
                 values[i] = values[before]
-        result = run_sweep(modes, scene, speeds_hz, poll, selection=[i], motion=motion)
-        whole.take(i, result)
+        whole.take(i, run_sweep(modes, scene, speeds_hz, poll, selection=[i], motion=motion))
     return whole
 
 

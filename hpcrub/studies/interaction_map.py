@@ -143,9 +143,8 @@ class InteractionMap(StudyInTime):
     def report(self, file: ResultFile) -> Iterator[str]:
         """Points of every disk without a result, and its strongest interaction."""
         speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
-        for disk in range(len(file.read("deviation"))):
+        for disk, name in enumerate(DISKS[: len(file.read("deviation"))]):
             amplitude, reason = file.read("amplitude_m", disk), file.read("point_reason", disk)
-            name = DISKS[disk]
             for line in status.lines(status.count(reason), len(reason)):
                 yield f"{name}: {line}"
             if not np.isfinite(amplitude).any():

@@ -42,13 +42,10 @@ def _chunks(config):
 
 def _peaks(config, model, modes):
     """Largest amplitude [m] and its speed [Hz] under every load, (D, 2)."""
-    return np.array([
-        linear_peak(
-            modes, config.damping, config.forcing.amplitude, config.forcing.sense * n_diameters,
-            model.reduced.interface, config.disk.n_blades,
-        )
-        for n_diameters in config.linear.n_diameters
-    ])  # fmt: skip
+    forcing, points = config.forcing, (model.reduced.interface, config.disk.n_blades)
+    orders = (forcing.sense * n for n in config.linear.n_diameters)
+    how = config.damping, forcing.amplitude
+    return np.array([linear_peak(modes, *how, order, *points) for order in orders])
 
 
 class Linear(Study):

@@ -99,15 +99,6 @@ def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:
     return xy / largest[:, None, None]
 
 
-def met(file: ResultFile) -> str:
-    """Speed at which the casing's order meets the first family, in words."""
-    speed = float(file.read("crossing_hz"))
-    if not np.isfinite(speed):
-        return "never meets the first family"
-    frequency = file.config.casing.main_order * speed
-    return f"meets the first family at {speed:.4g} Hz, where its frequency is {frequency:.4g} Hz"
-
-
 class Modal(Study):
     """Modes of the tuned disk."""
 
@@ -179,7 +170,12 @@ class Modal(Study):
         half_range = config.mistuning.half_range.max()
         ratio = float(np.mean(damping.ratios(config.damping, 2 * np.pi * reduced)))
         yield families.sentence(full, reduced, float(file.read("blade_share")), half_range, ratio)
-        yield f"without contact, order {config.casing.main_order} {met(file)}"
+        order, speed = config.casing.main_order, float(file.read("crossing_hz"))
+        meets = "never meets the first family"
+        if np.isfinite(speed):
+            there = f"{speed:.4g} Hz, where its frequency is {order * speed:.4g} Hz"
+            meets = f"meets the first family at {there}"
+        yield f"without contact, order {order} {meets}"
         yield from casing_waves.report(file)
         yield from air.report_of_tuned(file)
 

@@ -262,7 +262,7 @@ class PatternStudy(Study):
             line = f"{in_letters(rounds.words[p]):{n_blades + 6}}{_in_words(known[p])}"
             line += ", worse for certain" if rounds.worse_by[p] > 0.0 else ""
             line += _in_contact(file, p)
-            least = least_damping(file, p)
+            least = finite(file.read("least_damping_ratio", p))
             if len(least):
                 line += f", damping ratio down to {least.min():.3g}"
                 line += f", {np.count_nonzero(least <= 0.0)} of {len(least)} disks flutter"
@@ -285,7 +285,7 @@ class PatternStudy(Study):
         if unsure:
             words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
             yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
-        least = least_damping(file, rounds.left[0])
+        least = finite(file.read("least_damping_ratio", rounds.left[0]))
         lost = int(np.count_nonzero(least <= 0.0))
         if lost:
             words = f"{lost} of {len(least)} disks of the best pattern flutter"
@@ -296,11 +296,6 @@ class PatternStudy(Study):
         yield from verdict.without_result(n_lost, n, "are missing in the percentiles in contact")
         yield from verdict.kinematics(file.config, size)
         yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
-
-
-def least_damping(file: ResultFile, pattern: int) -> np.ndarray:
-    """Damping ratios of the least stable modes of the disks of a pattern; none without air."""
-    return finite(file.read("least_damping_ratio", pattern))
 
 
 def _in_words(percentile: float) -> str:

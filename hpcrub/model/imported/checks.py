@@ -38,7 +38,13 @@ def check(model: NeutralModel) -> Findings:
             f"units: the contact nodes lie at a radius of {tip.max():.3g} m, which no bladed disk "
             "has; are the units those of the file?"
         )
-    _check_clearance(model, tip.max())
+    worst = int(np.abs(model.contact_clearance).argmax())
+    if abs(model.contact_clearance[worst]) > CLEARANCE * tip.max():
+        raise InputError(
+            f"contact_clearance: {1e3 * model.contact_clearance[worst]:.4g} mm of node "
+            f"{model.contact_node[worst]} is more than a tenth of the tip radius; are the units "
+            "those of the file?"
+        )
     if model.kind == "reduced":
         if not np.linalg.eigvalsh(model.mass)[0] > 0.0:
             raise InputError("M: the mass matrix is not positive definite")
@@ -141,14 +147,4 @@ def _check_contact_nodes(model, radius):
             f"contact_node: node {model.contact_node[low][0]} lies at a radius of "
             f"{1e3 * at[low][0]:.4g} mm, {1e3 * (outer - at[low][0]):.4g} mm below the outermost "
             "node; contact nodes lie on the tips"
-        )
-
-
-def _check_clearance(model, tip_radius):
-    worst = int(np.abs(model.contact_clearance).argmax())
-    if abs(model.contact_clearance[worst]) > CLEARANCE * tip_radius:
-        raise InputError(
-            f"contact_clearance: {1e3 * model.contact_clearance[worst]:.4g} mm of node "
-            f"{model.contact_node[worst]} is more than a tenth of the tip radius; are the units "
-            "those of the file?"
         )

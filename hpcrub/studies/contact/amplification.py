@@ -127,12 +127,6 @@ def values_of(found: Integrated, speeds_hz: np.ndarray) -> dict[str, Any]:
     return values
 
 
-def is_checked(config: Config, level: int, sample: int) -> bool:
-    """Whether a sample of a file (indices) is integrated once more with half the step."""
-    is_last = level == len(config.levels) - 1
-    return is_last and config.samples[sample] < config.mistuning.checked_samples
-
-
 def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
     """Modes of the tuned disk (run 0), or of a disk that hardly differs from it.
 
@@ -171,7 +165,8 @@ def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
     contact, linear = (float(file.read(name)) for name in names)
     if np.isnan(linear):
         return None
-    return Reference(contact, linear, ROUNDING * problem.scene.lift if problem else 0.0)
+    lift = problem.scene.clearance + problem.scene.casing.highest if problem else 0.0
+    return Reference(contact, linear, ROUNDING * lift)
 
 
 def write_tuned(

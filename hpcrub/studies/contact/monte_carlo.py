@@ -145,8 +145,10 @@ class MonteCarlo(Job):
         response = task.response
         try:
             modes = modes_of(self.config, self.prepared, blades)
-            checked = disk.is_checked(self.config, task.level, task.sample)
-            response = response or self._integrate(modes, task, poll, checked)
+            # the first samples of the last level are checked, wherever a part of the study begins
+            first = self.config.samples[task.sample] < self.config.mistuning.checked_samples
+            is_checked = first and task.level == self.config.levels[-1]
+            response = response or self._integrate(modes, task, poll, is_checked)
         except BAD_NUMBERS as error:
             response = disk.Integrated(None, 0.0, _words(error))
         if task.n_parts > 1:

@@ -138,6 +138,5 @@ def require_complete(file: ResultFile, config: Config) -> None:
     n_pending = int(np.count_nonzero(file.status == PENDING))
     if n_pending and not file.config.convergence.stop_when_converged:
         raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")
-    other = [d for d in differences(file.config, config) if not d.startswith(APART)]
-    if other:
+    if other := [d for d in differences(file.config, config) if not d.startswith(APART)]:
         raise InputError(f"sources: {path} has {'; '.join(other)}")

@@ -161,10 +161,9 @@ def pattern_table(file: ResultFile) -> Table:
     The amplitude is that of the study, on a coating the largest at any time; the localisation is
     that of the end.
     """
-    headings, size_of = ("", "[mm]", "[Hz]", "LF [%]"), amplitude(file.config)
-    table = progress.table(
-        f"{AMPLITUDES[size_of].capitalize()}, speed, localisation factor", headings
-    )
+    size_of = amplitude(file.config)
+    title = f"{AMPLITUDES[size_of].capitalize()}, speed, localisation factor"
+    table = progress.table(title, ("", "[mm]", "[Hz]", "LF [%]"))
     table.columns[0].justify = "left"
     speeds = file.read("speeds_hz")
     for name, group, where, by in (
@@ -172,10 +171,9 @@ def pattern_table(file: ResultFile) -> Table:
         ("pattern, largest amplitude", "samples", (0, 0), size_of),
         ("pattern, largest localisation", "samples", (0, 0), "localisation"),
     ):
-        keys = size_of, "localisation"
-        values = {key: file.read(f"{group}/{key}", where) for key in keys}
+        values = {key: file.read(f"{group}/{key}", where) for key in (size_of, "localisation")}
         if np.isfinite(values[by]).any():
             best = np.nanargmax(values[by])
-            size, localisation = 1e3 * values[keys[0]][best], 100 * values[keys[1]][best]
+            size, localisation = 1e3 * values[size_of][best], 100 * values["localisation"][best]
             table.add_row(name, f"{size:.1f}", f"{speeds[best]:.2f}", f"{localisation:.1f}")
     return table

@@ -45,22 +45,20 @@ def lines(file: ResultFile, n_samples: int) -> Iterator[str]:
     """
     if not file.config.casing.vibrates:
         return
-    reason, n = file.read("tuned/point_reason"), len(file.config.speeds.values_hz)
+    reason, speeds = file.read("tuned/point_reason"), file.config.speeds.values_hz
     moved, waves = map(file.read, ("tuned/casing_motion_m", "tuned/casing_waves"))
     if np.isfinite(moved).any():
         at = int(np.nanargmax(moved))
-        speed = file.config.speeds.values_hz[at]
         yield (
-            f"casing around the tuned disk: moves by {1e3 * moved[at]:.3g} mm at {speed:g} Hz, "
-            f"most with n = {waves[at]:.0f}"
+            f"casing around the tuned disk: moves by {1e3 * moved[at]:.3g} mm at {speeds[at]:g} "
+            f"Hz, most with n = {waves[at]:.0f}"
         )
     away = reason == RUNAWAY
     if away.any():
         growth, at = file.read("tuned/casing_growth_per_s"), int(np.flatnonzero(away)[0])
         yield (
-            f"casing around the tuned disk: runs away at {np.count_nonzero(away)} of {n} speeds, "
-            f"from {file.config.speeds.values_hz[at]:g} Hz with n = {waves[at]:.0f} and "
-            f"{growth[at]:.3g} 1/s"
+            f"casing around the tuned disk: runs away at {np.count_nonzero(away)} of {len(speeds)} "
+            f"speeds, from {speeds[at]:g} Hz with n = {waves[at]:.0f} and {growth[at]:.3g} 1/s"
         )
     done = file.read("samples/status")[:, :n_samples] == DONE
     motion = file.read("samples/casing_motion_m")[:, :n_samples][done]

@@ -78,15 +78,14 @@ def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
 
 def _blades(reduced, casing, speed_hz):
     """Frequencies of blades that waves of the casing can meet (casing modes, families) [Hz]."""
-    frequencies = np.full((len(casing.omega), N_FAMILIES), np.nan)
     diameters, speed = cyclic.tuned_diameters(reduced), 2.0 * np.pi * speed_hz
-    for j, n in enumerate(casing.n_waves):
+
+    def frequency(n, family):
         folded = crossings.folded(int(n), reduced.interface.n_blades)
-        for family in range(N_FAMILIES):
-            blades = crossings.family_frequency(reduced, diameters, folded, family)
-            if blades:
-                frequencies[j, family] = blades(speed) / (2.0 * np.pi)
-    return frequencies
+        blades = crossings.family_frequency(reduced, diameters, folded, family)
+        return blades(speed) / (2.0 * np.pi) if blades else np.nan
+
+    return np.array([[frequency(n, f) for f in range(N_FAMILIES)] for n in casing.n_waves])
 
 
 def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[str]:
