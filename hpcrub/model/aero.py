@@ -111,6 +111,21 @@ def coefficients(wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return -(wanted + opposite), wanted * opposite
 
 
+def family_columns(diameters: np.ndarray, family: int, n_blades: int) -> np.ndarray:
+    """Tuned modes (N,) int of a family, from 0; diameters: (m,) of all tuned modes.
+
+    Raises ValueError: if the model lacks modes of the family.
+    """
+    columns: list[int] = []
+    for h in range(n_blades // 2 + 1):
+        each = multiplicity(h, n_blades)
+        mine = np.flatnonzero(diameters == h)[family * each : (family + 1) * each]
+        if len(mine) < each:
+            raise ValueError(f"the reduced model has no family {family + 1} of {h} nodal diameters")
+        columns += mine.tolist()
+    return np.sort(columns)
+
+
 def air_of(
     curve: Curve, tuned_eigenvalues: np.ndarray, diameters: np.ndarray, blades: np.ndarray
 ) -> Air:
@@ -120,14 +135,8 @@ def air_of(
     blades: displacements (p, N, m) of p like points of all blades, in the direction of rotation.
     Raises ValueError: if the model lacks the family, or does not repeat itself from blade to blade.
     """
-    n_blades, family, found = blades.shape[1], curve.family, list[int]()
-    for h in range(n_blades // 2 + 1):
-        each = multiplicity(h, n_blades)
-        mine = np.flatnonzero(diameters == h)[family * each : (family + 1) * each]
-        if len(mine) < each:
-            raise ValueError(f"the reduced model has no family {family + 1} of {h} nodal diameters")
-        found += mine.tolist()
-    columns = np.sort(found)
+    n_blades = blades.shape[1]
+    columns = family_columns(diameters, curve.family, n_blades)
     here = blades[:, :, columns]
     following = np.roll(here, -1, axis=1)
     shift = np.linalg.lstsq(here.reshape(-1, n_blades), following.reshape(-1, n_blades))[0]

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
+from hpcrub.config.casing import Casing
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.casing import ramp
@@ -215,19 +216,14 @@ def casing(canvas: Canvas, file: ResultFile) -> None:
     least, most = 1e3 * config.clearance, 1e3 * shape.clearances(config.speeds.values_hz).max()
     gap, degrees = least - inward, np.degrees(angle)
     gaps.plot(degrees, gap, color=BLUE)
-    if (profile := shape.profile).measured:
-        at = np.array([phi for phi, _ in profile.measured])
-        lines = shape.shape._replace(profile=profile._replace(cut_off=0.0))
-        over = f"smoothed over {1e3 * shape.smoothing:.3g} mm"
-        words = f"measured points, {over if profile.cut_off else 'no smoothing'}"
-        look: dict[str, Any] = {"color": ORANGE, "ms": 4, "zorder": 1, "label": words}
-        gaps.plot(np.degrees(at), least - 1e3 * lines.height(at), ".", **look)
+    if shape.profile.measured:
+        _draw_measured(gaps, shape, least)
     gaps.axhline(least, color="0.5", lw=1.2, ls="--", label="undeformed casing")
     if most > least:
         words = "at the speed of the largest clearance"
         gaps.plot(degrees, most - inward, color=BLUE, lw=1.2, ls=":", label=words)
     gaps.axhline(0, color=BLACK, lw=1.2)
-    look = {"color": ORANGE, "alpha": 0.4, "label": "tips at rest would touch"}
+    look: dict[str, Any] = {"color": ORANGE, "alpha": 0.4, "label": "tips at rest would touch"}
     gaps.fill_between(degrees, 0, gap, where=gap < 0, **look)
     gaps.set(xlabel="angle of the casing [deg]", ylabel="gap at rest [mm]", xlim=(0, 360))
     gaps.set(xticks=range(0, 361, 60), title=config.casing.words)
@@ -235,6 +231,16 @@ def casing(canvas: Canvas, file: ResultFile) -> None:
     growth.plot(1e3 * time, [ramp(t, shape.growth_time) for t in time], color=BLUE)
     growth.set(xlabel="time [ms]", ylabel="part of its shape [-]", ylim=(0, 1.05))
     growth.set_title("growth of the casing")
+
+
+def _draw_measured(axes: Axes, shape: Casing, clearance: float) -> None:
+    profile = shape.profile
+    angle = np.array([phi for phi, _ in profile.measured])
+    lines = shape.shape._replace(profile=profile._replace(cut_off=0.0))
+    gap = clearance - 1e3 * lines.height(angle)
+    over = f"smoothed over {1e3 * shape.smoothing:.3g} mm" if profile.cut_off else "no smoothing"
+    words = f"measured points, {over}"
+    axes.plot(np.degrees(angle), gap, ".", color=ORANGE, ms=4, zorder=1, label=words)
 
 
 def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarray) -> None:

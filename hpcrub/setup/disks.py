@@ -42,13 +42,15 @@ def deviation(config: Config, level: int, sample: int) -> np.ndarray:
     A part of a study draws a sample as the whole study does.
     level, sample: indices in the result file. Returns (N,) [-].
     """
-    sample, mistuning = config.samples[sample], config.mistuning
+    sample = config.samples[sample]
     if config.pattern_deviation is not None:
         return config.pattern_deviation + apart(sample)
-    if mistuning.pattern_file is not None:
+    if config.mistuning.pattern_file is not None:
         return input_files.patterns(config)[sample]
-    place, n_blades = (mistuning.seed, level, sample), config.disk.n_blades
-    return stiffness_deviation(*place, n_blades, mistuning.half_range[level], mistuning.law)
+    half_range = config.mistuning.half_range[level]
+    return stiffness_deviation(
+        config.mistuning.seed, level, sample, config.disk.n_blades, half_range, config.mistuning.law
+    )
 
 
 def sigma_of(config: Config) -> np.ndarray:

@@ -42,10 +42,13 @@ def _chunks(config):
 
 def _peaks(config, model, modes):
     """Largest amplitude [m] and its speed [Hz] under every load, (D, 2)."""
-    forcing, points = config.forcing, (model.reduced.interface, config.disk.n_blades)
-    orders = (forcing.sense * n for n in config.linear.n_diameters)
-    how = config.damping, forcing.amplitude
-    return np.array([linear_peak(modes, *how, order, *points) for order in orders])
+    return np.array([
+        linear_peak(
+            modes, config.damping, config.forcing.amplitude, config.forcing.sense * n_diameters,
+            model.reduced.interface, config.disk.n_blades,
+        )
+        for n_diameters in config.linear.n_diameters
+    ])  # fmt: skip
 
 
 class Linear(Study):

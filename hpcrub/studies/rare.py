@@ -6,7 +6,7 @@ first look at all speeds and are computed in full. They show which speeds are wo
 """
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,17 +53,24 @@ LAYOUT = (
 )
 
 
+class Step(NamedTuple):
+    """The first n disks, the speeds (indices) of their first look, and the rule of the draw."""
+
+    n: int
+    speeds: tuple[int, ...]
+    rule: Rule
+
+
 class Sampling(Job):
     """Job of double sampling: more and more disks, until the goal is met (all ranks)."""
 
     def _tasks(self):
-        return map(int, np.flatnonzero(self.status[: self.round[0]] == PENDING))
+        return map(int, np.flatnonzero(self.status[: self.round.n] == PENDING))
 
     def _next(self):
         """Next step with pending disks; None: nothing is left to do (rank 0).
 
-        A step is the first n disks, the speeds (indices) of their first look, and the rule of the
-        draw. It depends on the disks before it alone, whatever else the file holds.
+        A step depends on the disks before it alone, whatever else the file holds.
         """
         goal, before = goal_of(self.config), 0
         above, inclusion = beyond(self.file), self.file.read("inclusion")
@@ -73,7 +80,7 @@ class Sampling(Job):
                 speeds, rule, self.expected = _onwards(self.file, before)
                 if place == 1:  # the pilot's disks took longer
                     self.begin()
-                return n, speeds, rule
+                return Step(n, speeds, rule)
             counts = count(above[:n], inclusion[:n])
             if not estimated[place]:
                 if not before:
@@ -102,13 +109,13 @@ class Sampling(Job):
 
     def _pieces(self, sample, poll):
         """Take a first look at a disk, and compute it in full where the draw says so."""
-        (_, looked_at, rule), inclusion, speeds = self.round, 1.0, self.config.speeds.values_hz
+        step, inclusion, speeds = self.round, 1.0, self.config.speeds.values_hz
         modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
         if sample < PILOT:
             yield "pilot_look", sample, self._early(modes, range(len(speeds)), poll)
-        elif looked_at:
-            look = np.fmax.reduce(self._early(modes, looked_at, poll), keepdims=True)
-            inclusion = rule.inclusion(look)[0]
+        elif step.speeds:
+            look = np.fmax.reduce(self._early(modes, step.speeds, poll), keepdims=True)
+            inclusion = step.rule.inclusion(look)[0]
             yield "look", sample, look[0]
         computed = drawn(self.config, sample) < inclusion
         if computed:
