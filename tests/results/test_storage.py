@@ -302,9 +302,8 @@ def test_an_axis_whose_scale_has_no_name_is_numbered(path, monkeypatch):
 
 
 def test_size_is_foretold(path, tiny_config):
-    assert path.stat().st_size == pytest.approx(
-        result_files.file_size(studies.run_of(tiny_config)), abs=32768
-    )
+    foretold = result_files.file_size(studies.run_of(tiny_config))
+    assert path.stat().st_size == pytest.approx(foretold, abs=32768)
 
 
 def test_a_file_that_the_disk_or_somebody_has_taken_away_is_told(tmp_path, monkeypatch):
