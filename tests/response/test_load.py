@@ -99,9 +99,8 @@ def test_it_stands_still_in_space_as_the_casing_does():
 
 def test_a_loaded_disk_may_touch_a_casing_without_bumps():
     modes = mistuned_modes(reference_reduced(), np.zeros(12))
-    scene = reference_scene(
-        **(FREE | {"clearance": 1e-6}), load_order=4, casing=CasingShape(4, 0.0), step=2e-5
-    )
+    near = FREE | {"clearance": 1e-6, "casing": CasingShape(4, 0.0)}
+    scene = reference_scene(**near, load_order=4, step=2e-5)
     assert can_touch(scene)
     free = run_sweep(modes, scene._replace(clearance=1.0), [23.0])
     stopped = run_sweep(modes, scene, [23.0])
