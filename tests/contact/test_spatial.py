@@ -161,12 +161,9 @@ def test_a_blade_that_is_always_pressed_has_no_amplitude(gap, reason):
     between the bumps of 3 mm, does not."""
     modes, scene = made_up(0)
     own = np.where(scene.interface.blade == 1, gap, 2.5e-3)
-    scene = scene._replace(
-        interface=scene.interface._replace(clearance=own),
-        clearance=0.0,
-        step=1.0 / (SPEED * REVOLUTION),
-        steady=SteadyCriteria(first_check=0.2, window_revolutions=1, max_time=0.2),
-    )
+    steady = SteadyCriteria(first_check=0.2, window_revolutions=1, max_time=0.2)
+    scene = scene._replace(clearance=0.0, step=1.0 / (SPEED * REVOLUTION), steady=steady)
+    scene = scene._replace(interface=scene.interface._replace(clearance=own))
     result = run_sweep(modes._replace(omega=np.maximum(modes.omega, 3e3)), scene, [SPEED])
     assert result.max_sweeps[0] > 0
     assert result.point_reason[0] == reason

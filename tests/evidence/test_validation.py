@@ -91,13 +91,9 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
     n_modes = len(tuned.mass) - 24
     reduced = craig_bampton(tuned, n_modes)
     modes = mistuned_modes(reduced, deviation)
-    scene = reference_scene(
-        interface=reduced.interface,
-        damping_ratio=DAMPING_RATIO,
-        scheme="exact_modal",
-        step=4e-6,
-        steady=SteadyCriteria(first_check=0.4, max_time=0.4),
-    )
+    how = {"damping_ratio": DAMPING_RATIO, "scheme": "exact_modal", "step": 4e-6}
+    steady = SteadyCriteria(first_check=0.4, max_time=0.4)
+    scene = reference_scene(interface=reduced.interface, steady=steady, **how)
     result = run_sweep(modes, scene, SPEEDS, width=8)
     full = moreau_jean.unreduced(mistune(tuned, deviation))
     before, last = moreau_jean.amplitudes(full, DAMPING_RATIO, Wall(), SPEEDS, 1e-5, 0.4)

@@ -4,9 +4,6 @@ Words and styles are free; a panel must hold the curves of the data, in the orde
 Several files are told from each other by the words that a reader expects, in their order.
 """
 
-from pathlib import Path
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from matplotlib.ticker import EngFormatter
@@ -27,7 +24,7 @@ from hpcrub.studies.contact import measured
 from hpcrub.studies.contact.layout import AMPLIFICATION
 from tests.plot import drawn
 from tests.plot.drawn import assert_drawn, assert_intervals, assert_percentiles, done, edges, words
-from tests.plot.stored import PATTERN, PHYSICS, N, contact_file
+from tests.plot.stored import PATTERN, PHYSICS, File, N, contact_file
 from tests.program import TINY
 
 NAMES = "amplification", "linear_amplification"
@@ -51,9 +48,8 @@ def test_summary(random, n):
     for name, side in zip(NAMES, (-1, 1), strict=True):
         levels = finished(file, name)
         assert_percentiles(right, np.array([2.0, 4.0]) + side * BESIDE * 2.0, levels)
-    assert [t.get_text() for t in right.get_xticklabels()] == [
-        "±2 %\nσ = 1.2 %", "±4 %\nσ = 2.3 %",
-    ]  # fmt: skip
+    ticks = ["±2 %\nσ = 1.2 %", "±4 %\nσ = 2.3 %"]
+    assert [text.get_text() for text in right.get_xticklabels()] == ticks
 
 
 def test_summary_of_measured_disks_has_a_row_for_each(random):
@@ -378,12 +374,7 @@ def family(tmp_path, *sweep):
     """Stand-ins for the result files of a sweep."""
     path = tmp_path / "input.yaml"
     path.write_text("study: contact\nruns:\n" + "".join(f"  - {{{keys}}}\n" for keys in sweep))
-    return [
-        SimpleNamespace(
-            config=c, path=Path(c.output), attributes={"time_step_s": c.step}, warnings=[]
-        )
-        for c in load_runs(path)
-    ]
+    return [File(config.to_yaml(), path=config.output) for config in load_runs(path)]
 
 
 @pytest.mark.parametrize(

@@ -172,9 +172,8 @@ def test_nothing_is_written_outside_the_file_that_was_named(folder, capfd, put, 
     names = ["a.h5", "other.h5", "precious.dat"]
     before = [Path(file).read_bytes() for file in names]
     assert run_here("a.yaml", "--resume") == 2
-    assert error_lines(capfd.readouterr().err) == [
-        f"hpcrub: error: {folder / 'a.h5'}: {name} is a link, or its data is stored elsewhere"
-    ]
+    said = f"{folder / 'a.h5'}: {name} is a link, or its data is stored elsewhere"
+    assert error_lines(capfd.readouterr().err) == [f"hpcrub: error: {said}"]
     assert [Path(file).read_bytes() for file in names] == before
     for open_ in (studies.open_result, contact_study.open_contact):  # of merge, energy, and figures
         assert f"{name} is a link" in refusal(open_, folder / "a.h5")

@@ -122,14 +122,10 @@ def test_the_step_follows_harmonics():
 @pytest.mark.parametrize("clearance", [0.0, 0.65])
 def test_a_narrow_bump_keeps_its_step_beside_a_harmonic(height, clearance):
     """The bump's own, as long as its flank is steeper than anything else; not much longer then."""
-    bumps = {
-        "n_bumps": 3,
-        "bump_height_mm": height,
-        "bump_width": 2.5e-3,
-        "clearance_mm": clearance,
-    }
+    bumps = {"n_bumps": 3, "bump_height_mm": height, "bump_width": 2.5e-3}
+    wave = {"harmonics": [{"order": 1, "amplitude_mm": 0.8}], "clearance_mm": clearance}
     alone = Config(casing=bumps | {"clearance_mm": 0.0})
-    both = Config(casing=bumps | {"harmonics": [{"order": 1, "amplitude_mm": 0.8}]})
+    both = Config(casing=bumps | wave)
     assert 0.8 < both.step / alone.step < 1.2
 
 

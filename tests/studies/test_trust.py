@@ -158,9 +158,8 @@ def test_a_verdict_is_that_of_its_weightiest_finding():
     )
     assert block([]) == ["usable"]
     assert block([remark]) == ["usable", "do 0"]
-    assert block([remark, single], of_many=True) == [
-        "percentiles usable, single values not: why 1", "do 1", "do 0"
-    ]  # fmt: skip
+    of_many = "percentiles usable, single values not: why 1"
+    assert block([remark, single], of_many=True) == [of_many, "do 1", "do 0"]
     assert block([single]) == ["usable with care: why 1", "do 1"]
     assert block([single, useless, useless])[0] == "not usable: why 2"
     assert len(block([remark] * 9)) == 1 + MOST
@@ -181,22 +180,18 @@ def test_half_the_step_is_said_beside_the_step(file):
     weights = []
     for change in (0.01, 0.1, -0.3):
         with studies.open_result(config.output, mode="r+") as found:
-            contact_file.write_tuned(
-                found, {"peak_amplitude_m": 0.03, "half_step_peak_m": 0.03 * (1.0 + change)}
-            )
-            contact_file.write_sample(
-                found, 1, 0,
-                {"status": DONE, "peak_amplitude_m": 0.02, "half_step_peak_m": 0.02},
-            )  # fmt: skip
+            tuned = {"peak_amplitude_m": 0.03, "half_step_peak_m": 0.03 * (1.0 + change)}
+            own = {"peak_amplitude_m": 0.02, "half_step_peak_m": 0.02, "status": DONE}
+            contact_file.write_tuned(found, tuned)
+            contact_file.write_sample(found, 1, 0, own)
             np.testing.assert_allclose(trust.half_step_moves(found), [change, 0.0], atol=1e-12)
             (line,) = (f for f in trust._half_step(found))
         weights.append(line.weight)
         low, high = sorted((100 * change, 0.0))
         assert f"1 sample by {low:+.1f} to {high:+.1f} %" in line.advice
     assert weights == [REMARK, SINGLE, USELESS]
-    assert [limits.percent(share) for share in (0.0, 0.0042, 0.16, 0.997, 1.165)] == [
-        "0", "0.42", "16", "100", "116"
-    ]  # fmt: skip
+    percent = [limits.percent(share) for share in (0.0, 0.0042, 0.16, 0.997, 1.165)]
+    assert percent == ["0", "0.42", "16", "100", "116"]
 
 
 FOUR_BLADES = {
