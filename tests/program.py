@@ -87,6 +87,11 @@ def swept(config, own=None, speeds=None):
     return run_sweep(modes_of(config, problem, own), problem.scene, speeds)
 
 
+def at_speed(result, i):
+    """All numbers of one speed of a sweep."""
+    return [values[i] for values in result.arrays]
+
+
 def whole(modes, scene, speeds, duration, *names, motion=None):
     """Arrays of a whole history, such as its times, (T, ..., S) each."""
     pieces = list(history.integrate(modes, scene, speeds, duration, motion))

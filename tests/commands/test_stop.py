@@ -26,14 +26,15 @@ sys.exit(main())
 """
 
 
-def interrupt(*_, **__):
-    os.kill(os.getpid(), signal.SIGINT)
+def stops(number):
+    """Function in whose place the program gets a signal."""
+    return lambda *_, **__: os.kill(os.getpid(), number)
 
 
 @pytest.mark.parametrize("command", ["inspect", "plot", "merge whole.h5"])
 def test_ctrl_c_in_a_command_is_one_line(path, capsys, monkeypatch, command):
     """Two files: it must not go on with the second one as after an error of the first."""
-    monkeypatch.setattr(ResultFile, "__init__", interrupt)
+    monkeypatch.setattr(ResultFile, "__init__", stops(signal.SIGINT))
     monkeypatch.chdir(path.parent)
     assert program([*command.split(), str(path), str(path)]) == 75
     assert capsys.readouterr().err == "hpcrub: stopped: SIGINT came\n"
@@ -58,17 +59,14 @@ def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
         time.sleep(0.001)
     begun.send_signal(signal.SIGTERM)
     _, err = begun.communicate(timeout=60)
-    assert (begun.returncode, err) == (
-        75,
-        "hpcrub: stopped: SIGTERM came before anything was begun\n",
-    )
+    said = "hpcrub: stopped: SIGTERM came before anything was begun\n"
+    assert (begun.returncode, err) == (75, said)
     assert not (tmp_path / "results").exists()
 
 
 def test_a_stop_signal_before_the_file_is_opened_makes_none(folder, monkeypatch, capfd):
     (folder / "a.yaml").write_text("study: modal\noutput: a.h5\n")
-    stop = lambda *_: os.kill(os.getpid(), signal.SIGTERM)  # noqa: E731
-    monkeypatch.setattr(execution.memory, "check", stop)
+    monkeypatch.setattr(execution.memory, "check", stops(signal.SIGTERM))
     assert cli.main(["a.yaml"]) == 75
     expected = f"hpcrub: stopped: SIGTERM came before {folder / 'a.h5'} was opened\n"
     assert capfd.readouterr().err == expected

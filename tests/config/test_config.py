@@ -71,9 +71,8 @@ def test_whole_numbers(text, value):
 def test_any_decimal_grid_has_the_points_one_counts_by_hand(start, step, n, rest):
     """Both ends are included whatever the rounding, the upper one where the steps lead to it."""
     rest %= step
-    low, last, high = (
-        x / 1000 for x in (start, start + step * (n - 1), start + step * (n - 1) + rest)
-    )
+    end = start + step * (n - 1)
+    low, last, high = (x / 1000 for x in (start, end, end + rest))
     speeds = sections.Speeds(from_hz=low, to_hz=high, step_hz=step / 1000)
     assert len(speeds.values_hz) == speeds.n_values == n
     np.testing.assert_allclose(speeds.values_hz, low + step / 1000 * np.arange(n), rtol=1e-12)

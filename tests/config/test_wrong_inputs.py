@@ -4,7 +4,6 @@ import pytest
 
 from hpcrub import studies
 from hpcrub.config.schema import Config
-from hpcrub.config.yaml_text import MAX_CHARACTERS
 from hpcrub.runs import execution
 from tests.program import refusal
 
@@ -82,7 +81,6 @@ WRONG = [
     ("study: &a contact\noutput: *a", "line 2, column 9: aliases (*) are not supported"),
     ("study: !!python/name:os.system", "line 1, column 8: could not determine a constructor"),
     ("study: \x07", "not YAML: unacceptable character"),
-    ("a" * (MAX_CHARACTERS + 1), "longer than the 500,000 characters"),
     # damping
     ("material: {damping_of: families}", "damping_of: families needs material.damping_ratios"),
     ("material: {damping_bands_hz: [100]}", "damping_of: modes needs material.damping_ratios"),

@@ -13,17 +13,17 @@ import pytest
 
 from evidence.truth import energy, ring
 from evidence.truth.motion import Structure, make_bank, wall
+from evidence.validation.casing import STEEL
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
-from hpcrub.model.casing_modes import CasingModes, Ring, ring_modes
+from hpcrub.model.casing_modes import CasingModes, ring_modes
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid, cut_revolution
 from tests.contact.test_coating import KINDS, MILD, rubbing
 from tests.program import whole
 
-STEEL = Ring(radius=0.5025, thickness=0.02, width=0.1, young=2.1e11, density=7800.0)
 SPEED = 34.0
 
 
@@ -33,31 +33,20 @@ def disk_in(problem, casing, deviation=0.04):
     return mistuned_modes(reduced, stiffness_deviation(5, 0, 0, 12, deviation))
 
 
-def in_its_frame(problem, modes, casing, n_steps):
-    """The same run of n steps in the frame of the casing (`ring.Run`)."""
-    scene = problem.scene
-    grid = cut_revolution(SPEED, scene)
-    return ring.integrate(
-        modes.omega, scene.damping_ratio, modes.normal, modes.tangential, scene.interface.angle,
-        ring.Ring(*casing), ring.Wall(*scene.casing[:2], scene.clearance,
-                                      scene.friction, scene.ramp_time),
-        SPEED, grid.steps_per_revolution, n_steps,
-    )  # fmt: skip
-
-
 def test_seen_from_the_rotor_as_in_the_frame_of_the_casing(problem):
     casing = ring_modes(STEEL, np.arange(2, 6), 0.01)
     scene = problem.scene._replace(scheme="exact_modal", record_interval=0.0, step=2e-5)
-    modes, problem = disk_in(problem, casing), problem._replace(scene=scene)
-    q, pairs, force = whole(
-        modes, scene, [SPEED], 2.0 / SPEED, "position", "casing", "normal_force"
-    )
-    true = in_its_frame(problem, modes, casing, len(q))
+    modes, n = disk_in(problem, casing), cut_revolution(SPEED, scene).steps_per_revolution
+    names = "position", "casing", "normal_force"
+    q, pairs, force = whole(modes, scene, [SPEED], 2.0 / SPEED, *names)
+    true = ring.integrate(
+        modes.omega, scene.damping_ratio, modes.normal, modes.tangential, scene.interface.angle,
+        ring.Ring(*casing), ring.wall_of(scene), SPEED, n, len(q),
+    )  # fmt: skip
     assert np.ptp(true.ring, axis=0).max() > 0
     assert true.force.any()
     np.testing.assert_allclose(q[:, :, 0], true.disk, rtol=0, atol=1e-9 * np.abs(true.disk).max())
-    turned = np.arange(1, len(q) + 1)[:, None] * 2 * np.pi * casing.n_waves
-    turned = turned / cut_revolution(SPEED, scene).steps_per_revolution
+    turned = np.arange(1, len(q) + 1)[:, None] * 2 * np.pi * casing.n_waves / n
     y = (true.ring[:, ::2] - 1j * true.ring[:, 1::2]) * np.exp(1j * turned)
     found = pairs[:, ::2, 0] - 1j * pairs[:, 1::2, 0]
     np.testing.assert_allclose(found, y, rtol=0, atol=1e-9 * np.abs(y).max())

@@ -15,7 +15,7 @@ import numba
 import numpy as np
 import pytest
 
-from evidence.validation.report import fitted_order
+from evidence.validation.report import SCHEMES, fitted_order
 from hpcrub.config.schema import Config
 from hpcrub.contact import jit
 from hpcrub.contact.lanes import aligned_zeros
@@ -40,14 +40,12 @@ MODES = Modes.planar(np.full(1, OMEGA), np.ones((1, 1)), np.ones((1, 1)))
 TWO_TURNS = SteadyCriteria(first_check=0.0, window_revolutions=1, max_time=2.5 * PERIOD)
 STEPS = PERIOD / np.array([2000, 4000, 8000, 16000])
 CACHES = ["XDG_CACHE_HOME", "NUMBA_CACHE_DIR"]
-SCHEMES = ["central_difference", "exact_modal"]
 Spring.k = 4.0 * OMEGA**2
 
 
 def scene_of(**changes):
-    scene = Scene(
-        planar_interface(np.zeros(1), 1.0), 0.0, CasingShape(1, 0.0), -C, 0.0, 0.0, law=Spring
-    )
+    face = planar_interface(np.zeros(1), 1.0)
+    scene = Scene(face, 0.0, CasingShape(1, 0.0), -C, 0.0, 0.0, law=Spring)
     return scene._replace(record_interval=0.0, steady=TWO_TURNS, **changes)
 
 

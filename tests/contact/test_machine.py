@@ -9,22 +9,14 @@ import sys
 import numpy as np
 import pytest
 
+from evidence.validation.casing import STEEL
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
-from hpcrub.contact.machine import (
-    LANES,
-    ROWS,
-    TILES,
-    Machine,
-    Shape,
-    first_level_cache,
-    shape_for,
-)
+from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, Shape, first_level_cache, shape_for
 from hpcrub.contact.observers import Record
 from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
-from tests.contact.test_casing_waves import STEEL
 from tests.contact.test_spatial import made_up
 from tests.program import ROOT
 
@@ -69,7 +61,7 @@ def test_any_shape_fits_registers_and_cache(registers, vector, cache):
 
 def digest(widths=(4, 16), kinds=("planar", "solid")):
     """Digest of the motions of disks in a casing that vibrates, of some widths and kinds."""
-    solid, scene = made_up()
+    solid, scene = made_up(0, 5, 3)  # 15 points: tiles that are full and one that is not
     names = "normal", "tangential"
     planar = Modes.planar(solid.omega[:30], *(getattr(solid, name)[:, :30] for name in names))
     pairs = ring_modes(STEEL, np.arange(2, 5), 0.01).seen_from(scene.interface.angle)

@@ -4,8 +4,6 @@ Truth: central differences on each mode in NumPy, with friction along the slip o
 and contact forces found by trying sets of contacts; written without the kernel's increments.
 """
 
-import itertools
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -24,6 +22,7 @@ from hpcrub.response.revolution import Grid, rung, slowest
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
+from tests.contact.test_kernel import all_contact_sets
 from tests.program import whole
 
 N_BLADES, PER_BLADE, N_MODES = 3, 4, 40
@@ -66,19 +65,6 @@ def integrate(modes, scene, speeds, n_steps, width=8):
     return found[:n_steps, : len(modes.observed), : len(speeds)], bank
 
 
-def forces_of(W, depth):
-    """Multipliers by trying every set of at most four of the deepest points."""
-    deep = np.argsort(-depth)[: (depth > -2e-3).sum()]
-    for size in range(6):
-        for chosen in map(list, itertools.combinations(deep, size)):
-            found = np.zeros(len(depth))
-            if size:
-                found[chosen] = np.linalg.solve(W[np.ix_(chosen, chosen)], depth[chosen])
-            if found.min() >= 0.0 and (depth - W @ found).max() <= 1e-15:
-                return found
-    raise AssertionError("no set of contacts fits")
-
-
 def textbook(modes, scene, speed, n_steps):
     """Observed displacements (n_steps, O) and multipliers (n_steps, C), until a point jams."""
     h, points = 1.0 / (speed * REVOLUTION), scene.interface
@@ -101,7 +87,7 @@ def textbook(modes, scene, speed, n_steps):
         if (np.diag(W)[depth > 0.0] <= 0.0).any():
             break
         if depth.max() > 0.0:
-            found = forces_of(W, depth)
+            found = all_contact_sets(W, depth, reach=2e-3, rounding=1e-15)
         q, before = free - per_force * (push.T @ found), q
         seen.append(modes.observed @ q)
         forces.append(found)
@@ -186,12 +172,9 @@ def test_a_blade_that_is_always_pressed_has_no_amplitude(gap, reason):
     between the bumps of 3 mm, does not."""
     modes, scene = made_up(0)
     own = np.where(scene.interface.blade == 1, gap, 2.5e-3)
-    scene = scene._replace(
-        interface=scene.interface._replace(clearance=own),
-        clearance=0.0,
-        step=1.0 / (SPEED * REVOLUTION),
-        steady=SteadyCriteria(first_check=0.2, window_revolutions=1, max_time=0.2),
-    )
+    steady = SteadyCriteria(first_check=0.2, window_revolutions=1, max_time=0.2)
+    scene = scene._replace(clearance=0.0, step=1.0 / (SPEED * REVOLUTION), steady=steady)
+    scene = scene._replace(interface=scene.interface._replace(clearance=own))
     result = run_sweep(modes._replace(omega=np.maximum(modes.omega, 3e3)), scene, [SPEED])
     assert result.max_sweeps[0] > 0
     assert result.point_reason[0] == reason
@@ -210,6 +193,9 @@ def turned_by_friction(omega, friction, belt, velocity, times):
         def speed(t, u=u, v=v, at=at):
             return v * np.cos(omega * t) - omega * (u - at) * np.sin(omega * t)
 
+        def place(t, u=u, v=v, at=at):
+            return at + (u - at) * np.cos(omega * t) + v / omega * np.sin(omega * t)
+
         grid = np.linspace(1e-9, 2.0 * np.pi / omega, 400)
         slips = way * (belt + speed(grid)) > 0.0
         end = np.inf
@@ -217,14 +203,9 @@ def turned_by_friction(omega, friction, belt, velocity, times):
             first = int(np.argmin(slips))
             end = brentq(lambda t: belt + speed(t), grid[first - 1], grid[first], xtol=1e-15)
         here = (times >= start) & (times < start + min(end, grid[-1]))
-        t = times[here] - start
-        found[here] = at + (u - at) * np.cos(omega * t) + v / omega * np.sin(omega * t)
+        found[here] = place(times[here] - start)
         t = min(end, grid[-1])
-        u, v, start = (
-            at + (u - at) * np.cos(omega * t) + v / omega * np.sin(omega * t),
-            speed(t),
-            start + t,
-        )
+        u, v, start = place(t), speed(t), start + t
         if end < np.inf:
             assert omega**2 * abs(u) > friction
             way, reversals = -way, reversals + 1

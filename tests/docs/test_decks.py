@@ -56,9 +56,8 @@ def mesh(folder):
 
 def test_decks_hold_what_each_job_needs(mesh):
     decks.main(["fan.inp", *NAMES, "--speeds", "80"])
-    disk, blade, state = (
-        reader.read(f"{name}.inp") for name in ("sector", "blade_alone", "state_80")
-    )
+    names = "sector", "blade_alone", "state_80"
+    disk, blade, state = (reader.read(f"{name}.inp") for name in names)
     assert {label for _, label, _ in disk.elements} == set(range(1, len(mesh.elements) + 1))
     assert {label for _, label, _ in blade.elements} == set(mesh.blade_elements + 1)
     corners = {label: nodes for _, label, nodes in disk.elements}

@@ -28,6 +28,7 @@ from tests.program import ENVIRONMENT, ROOT
 DOCS = ROOT / "docs"
 REFERENCE = DOCS / "reference"
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)")
+BLOCK = re.compile(r"(?:^`(inputs/\S+)`:\n\n)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 spec = importlib.util.spec_from_file_location("tables", DOCS / "tables.py")
 tables = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(tables)
@@ -58,10 +59,14 @@ def test_links_of_pages_outside_the_site_lead_somewhere(page):
     assert [link for link in links if not (ROOT / link).exists()] == []
 
 
+def blocks(text, language):
+    """(file that a block claims to be or "", content) of the fenced blocks."""
+    return [(name, body) for name, kind, body in BLOCK.findall(text) if kind == language]
+
+
 def code(page, language):
     """Blocks of code of a page."""
-    text = (DOCS / page).read_text("utf-8")
-    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return [body for _, body in blocks((DOCS / page).read_text("utf-8"), language)]
 
 
 def test_tests_that_pages_name_are_there():
@@ -89,12 +94,6 @@ def test_the_example_of_a_site_sets_what_the_scripts_read(tmp_path):
 
 TEXT = (DOCS / "questions.md").read_text(encoding="utf-8")
 QUESTIONS = {part.partition("\n")[0]: part for part in TEXT.split("\n## ")[1:]}
-BLOCK = re.compile(r"(?:^`(inputs/\S+)`:\n\n)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-
-
-def blocks(text, language):
-    """(file that a block claims to be or "", content) of the fenced blocks."""
-    return [(name, body) for name, kind, body in BLOCK.findall(text) if kind == language]
 
 
 def commands(text):

@@ -12,6 +12,7 @@ from evidence.truth.energy import audit
 from evidence.truth.motion import Structure, make_bank, recorded, start_free, wall
 from evidence.validation.coating import MILD, SOFT
 from evidence.validation.energy_audit import REVOLUTION, SPEEDS, bank_of
+from evidence.validation.report import SCHEMES
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.model import casing
@@ -20,7 +21,6 @@ from hpcrub.response.revolution import Grid
 from tests.contact.test_coating import KINDS, rubbing
 
 N_BLOCKS, N_STEPS = 2, 2 * REVOLUTION // 4
-SCHEMES = ["central_difference", "exact_modal"]
 LANES = slice(0, len(SPEEDS))
 
 

@@ -116,7 +116,6 @@ def test_influence_coefficients_are_the_transform_of_the_waves():
         N, np.array([0, 1, -1]), np.array([0.006, 0.001, -0.002]), np.array([0.0, 0.004, 0.003])
     )
     phase = 2 * np.pi * R / N
-    np.testing.assert_allclose(
-        damping, 0.006 - 0.001 * np.cos(phase) - 0.001 * np.sin(phase), atol=1e-15
-    )
+    by_hand = 0.006 - 0.001 * np.cos(phase) - 0.001 * np.sin(phase)
+    np.testing.assert_allclose(damping, by_hand, atol=1e-15)
     np.testing.assert_allclose(shift, 0.007 * np.cos(phase) + 0.003 * np.sin(phase), atol=1e-15)

@@ -21,6 +21,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from evidence.truth.chain import assemble
+from evidence.validation.report import fitted_order
 from hpcrub.model.elements import frame_element, rectangular_beam, ring_element, spoke_element
 
 BEAM = rectangular_beam(width=0.1, thickness=0.013, young_modulus=2.1e11, density=7800.0)
@@ -31,12 +32,14 @@ def frequencies(mass, stiffness):
     return np.sqrt(np.maximum(eigh(stiffness, mass, eigvals_only=True), 0))
 
 
-def fitted_order(sizes, errors):
-    return np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+def errors(frequencies_of, exact, *meshes):
+    """Error of the frequency nearest to the exact one, for every number of elements."""
+    return np.array([np.abs(frequencies_of(n) / exact - 1).min() for n in meshes])
 
 
-def nearest_error(omega, exact):
-    return np.min(np.abs(omega / exact - 1))
+def assert_converges(frequencies_of, exact, meshes, order, within):
+    found = fitted_order(1.0 / np.array(meshes), errors(frequencies_of, exact, *meshes))
+    assert found == pytest.approx(order, abs=within)
 
 
 def cantilever(element, n_elements, held):
@@ -57,18 +60,14 @@ CANTILEVERS = {
 def test_cantilever_bending_converges_with_order_four(name, mode):
     beta = brentq(lambda x: np.cos(x) + 1 / np.cosh(x), mode * np.pi + 0.1, (mode + 1) * np.pi)
     exact = beta**2 * np.sqrt(BEAM.bending / (BEAM.mass * LENGTH**4))
-    n = np.array([6, 12, 24])
-    errors = [nearest_error(CANTILEVERS[name](k), exact) for k in n]
-    assert errors[-1] < 1e-5
-    assert fitted_order(1 / n, errors) == pytest.approx(4, abs=0.15)
+    assert errors(CANTILEVERS[name], exact, 24) < 1e-5
+    assert_converges(CANTILEVERS[name], exact, [6, 12, 24], 4, within=0.15)
 
 
 @pytest.mark.parametrize(("name", "order"), [("frame", 2), ("spoke", 6)])
 def test_cantilever_axial_order_is_that_of_the_interpolation(name, order):
     exact = 0.5 * np.pi * np.sqrt(BEAM.axial / (BEAM.mass * LENGTH**2))
-    n = np.array([4, 8, 16])
-    errors = [nearest_error(CANTILEVERS[name](k), exact) for k in n]
-    assert fitted_order(1 / n, errors) == pytest.approx(order, abs=0.25)
+    assert_converges(CANTILEVERS[name], exact, [4, 8, 16], order, within=0.25)
 
 
 def ring_closed_form(n, beam):
@@ -86,15 +85,13 @@ def free_ring(n_elements):
 @pytest.mark.parametrize("n_waves", [2, 3, 4])
 def test_free_ring_bending_converges_with_order_four(n_waves):
     exact, _ = ring_closed_form(n_waves, BEAM)
-    n = np.array([64, 96, 128])
-    errors = [nearest_error(free_ring(k), exact) for k in n]
-    assert errors[-1] < 1e-5
-    assert fitted_order(1 / n, errors) == pytest.approx(4, abs=0.25)
+    assert errors(free_ring, exact, 128) < 1e-5
+    assert_converges(free_ring, exact, [64, 96, 128], 4, within=0.25)
 
 
 def test_free_ring_extension():
     _, exact = ring_closed_form(2, BEAM)
-    assert nearest_error(free_ring(48), exact) < 1e-6
+    assert errors(free_ring, exact, 48) < 1e-6
 
 
 def test_ring_element_turns_without_strain():

@@ -78,9 +78,8 @@ def test_the_largest_stress_is_that_of_every_step_of_the_last_window(criteria, s
 
     Disks of seventeen speeds end at different checks, and lanes are filled again.
     """
-    scene = reference_scene(
-        scheme="exact_modal", step=6e-5, steady=SteadyCriteria(**criteria), ramp_time=0.01
-    )
+    steady = SteadyCriteria(**criteria)
+    scene = reference_scene(scheme="exact_modal", step=6e-5, steady=steady, ramp_time=0.01)
     modes = mistuned_modes(reference_reduced(), DEVIATION)
     speeds = np.linspace(33.6, 35.2, 17)
     without = run_sweep(modes, scene, speeds)
@@ -102,8 +101,7 @@ def test_the_largest_stress_is_that_of_every_step_of_the_last_window(criteria, s
 def test_the_largest_stress_of_any_number_of_places_and_modes(n_places, n_modes):
     rng = np.random.default_rng(n_places)
     rows, q = rng.normal(size=(n_places, n_modes)), rng.normal(size=(n_modes, 2))
-    bank = SimpleNamespace(
-        scheme=SimpleNamespace(stress=vectors(rows)), state=SimpleNamespace(position=q)
-    )
+    scheme, state = SimpleNamespace(stress=vectors(rows)), SimpleNamespace(position=q)
+    bank = SimpleNamespace(scheme=scheme, state=state)
     found = largest_stress.py_func(bank, 1, np.zeros((1, 8)))
     assert found == pytest.approx(np.abs(rows @ q[:, 1]).max(), rel=1e-13)

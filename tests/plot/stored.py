@@ -38,7 +38,7 @@ class File:
 
     @property
     def attributes(self):
-        return {}
+        return {"time_step_s": self.config.step}
 
 
 def contact_file(random, text=TINY, shape=(2, N), **more):

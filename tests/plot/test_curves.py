@@ -4,9 +4,6 @@ Words and styles are free; a panel must hold the curves of the data, in the orde
 Several files are told from each other by the words that a reader expects, in their order.
 """
 
-from pathlib import Path
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from matplotlib.ticker import EngFormatter
@@ -27,7 +24,7 @@ from hpcrub.studies.contact import measured
 from hpcrub.studies.contact.layout import AMPLIFICATION
 from tests.plot import drawn
 from tests.plot.drawn import assert_drawn, assert_intervals, assert_percentiles, done, edges, words
-from tests.plot.stored import PATTERN, PHYSICS, N, contact_file
+from tests.plot.stored import PATTERN, PHYSICS, File, N, contact_file
 from tests.program import TINY
 
 NAMES = "amplification", "linear_amplification"
@@ -51,9 +48,8 @@ def test_summary(random, n):
     for name, side in zip(NAMES, (-1, 1), strict=True):
         levels = finished(file, name)
         assert_percentiles(right, np.array([2.0, 4.0]) + side * BESIDE * 2.0, levels)
-    assert [t.get_text() for t in right.get_xticklabels()] == [
-        "±2 %\nσ = 1.2 %", "±4 %\nσ = 2.3 %",
-    ]  # fmt: skip
+    ticks = ["±2 %\nσ = 1.2 %", "±4 %\nσ = 2.3 %"]
+    assert [text.get_text() for text in right.get_xticklabels()] == ticks
 
 
 def test_summary_of_measured_disks_has_a_row_for_each(random):
@@ -83,8 +79,7 @@ def test_summary_of_a_pattern(random):
         mistuned, tuned = file.read(f"samples/{name}", (0, 0)), file.read(f"tuned/{name}")
         hollow = speeds[1], scale * mistuned[1]
         assert_drawn(panel, (speeds, scale * mistuned), hollow, (speeds, scale * tuned))
-    (legend,) = panels[0].figure.legends  # its title is the note below; the verdict was left out
-    assert legend.get_title().get_text().startswith("not usable")
+    assert notes(panels[0]).startswith("not usable")  # the verdict was left out
 
 
 def test_symbols_of_all_disks_are_grey_in_the_legend_and_one_for_each_reason(random):
@@ -96,11 +91,8 @@ def test_symbols_of_all_disks_are_grey_in_the_legend_and_one_for_each_reason(ran
         states[:] = np.roll([DIVERGED, DIVERGED, NOT_STEADY], first)
         reasons[:] = np.roll([PERMANENT, FLUTTER, 0], first)
     left, _ = plot.summary(file)
-    (legend,) = left.figure.legends
-    keys = {text.get_text(): artist for text, artist in zip(
-        legend.get_texts(), legend.legend_handles, strict=True)}  # fmt: skip
-    stuck, flutter, unsteady = (keys[label] for label in (
-        status.words(PERMANENT), status.words(FLUTTER), "not steady"))  # fmt: skip
+    said = status.words(PERMANENT), status.words(FLUTTER), "not steady"
+    stuck, flutter, unsteady = map(keys_of(left).get, said)
     assert {key.get_markeredgecolor() for key in (stuck, flutter, unsteady)} == {GREY}
     zeros = [line for line in left.get_lines() if list(line.get_ydata()) == [0.0]]
     assert [
@@ -138,6 +130,13 @@ def test_a_family_of_other_speeds_has_a_panel_for_each(random):
     assert [panel.get_title() for panel in panels] == ["$n_d$ = 3", "$n_d$ = 5"]
     for panel, file in zip(panels, files[::-1], strict=True):
         assert_drawn(panel, (file.read("speeds_hz"), 1e3 * file.read("tuned/amplitude_m")))
+
+
+def keys_of(axes):
+    """What stands in the legend of a figure, by its words."""
+    (legend,) = axes.figure.legends
+    said = [text.get_text() for text in legend.get_texts()]
+    return dict(zip(said, legend.legend_handles, strict=True))
 
 
 def notes(panel):
@@ -217,9 +216,8 @@ def test_percentiles_over_sigma(random):
 def test_percentiles_of_one_level_are_rows(random):
     """Contact above linear in every row; the reference's values as lines through all of them."""
     text = TINY.replace("[2, 4]", "[4]")
-    files = [
-        contact_file(random, f"{text}contact: {{friction: {mu}}}\n", (1, N)) for mu in (0.3, 0.15)
-    ]
+    laws = [f"contact: {{friction: {friction}}}\n" for friction in (0.3, 0.15)]
+    files = [contact_file(random, text + law, (1, N)) for law in laws]
     axes = plot.percentiles(files)
     for row, file in enumerate(files[::-1]):
         for name, height in zip(NAMES, (row - ABOVE, row + ABOVE), strict=True):
@@ -228,9 +226,7 @@ def test_percentiles_of_one_level_are_rows(random):
             assert_drawn(axes, *zip(found, heights, strict=True))
     reference = np.percentile(done(files[1], "samples/amplification", 0), 50)
     assert_drawn(axes, ([reference] * 2, [0, 1]))
-    (legend,) = axes.figure.legends
-    keys = {text.get_text(): artist for text, artist in zip(
-        legend.get_texts(), legend.legend_handles, strict=True)}  # fmt: skip
+    keys = keys_of(axes)
     assert keys["contact"].get_linestyle() == keys["linear"].get_linestyle() == "-"  # as the bars
     assert keys["95 % confidence interval"].get_marker() == "_"
     names = [label.get_text() for label in axes.get_yticklabels()]
@@ -368,9 +364,8 @@ def test_share_of_a_normal_density_inside_a_contour():
 
 def test_a_list_in_a_name_below_amplitudes_stays_in_one_line(random):
     ring = "casing: {{ring: {{thickness_mm: 20, waves: {}}}}}\ncontact: {{friction: {}}}\n"
-    files = [
-        contact_file(random, TINY + ring.format(*keys)) for keys in (([2, 3], 0.1), ([2], 0.2))
-    ]
+    texts = [TINY + ring.format(*keys) for keys in (([2, 3], 0.1), ([2], 0.2))]
+    files = [contact_file(random, text) for text in texts]
     names = [label.get_text() for label in plot.amplitudes(files).get_xticklabels()]
     assert {"waves [2, 3]\nfriction 0.1", "waves [2]\nfriction 0.2"} == set(names)
 
@@ -379,12 +374,7 @@ def family(tmp_path, *sweep):
     """Stand-ins for the result files of a sweep."""
     path = tmp_path / "input.yaml"
     path.write_text("study: contact\nruns:\n" + "".join(f"  - {{{keys}}}\n" for keys in sweep))
-    return [
-        SimpleNamespace(
-            config=c, path=Path(c.output), attributes={"time_step_s": c.step}, warnings=[]
-        )
-        for c in load_runs(path)
-    ]
+    return [File(config.to_yaml(), path=config.output) for config in load_runs(path)]
 
 
 @pytest.mark.parametrize(

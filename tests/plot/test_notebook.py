@@ -88,13 +88,11 @@ def assert_nothing_clipped(figure):
 OF_CONTACT = [
     f for f in plot.FIGURES if "contact" in f.about.studies and f.about.needs in ("", "random")
 ]
+SEVERAL = [(f, n) for f in OF_CONTACT for n in (1, 4) if n == 1 or f.about.several]
 
 
-@pytest.mark.parametrize("figure", OF_CONTACT, ids=lambda f: f.__name__)
-@pytest.mark.parametrize("n_files", [1, 4])
+@pytest.mark.parametrize(("figure", "n_files"), SEVERAL, ids=lambda v: getattr(v, "__name__", v))
 def test_nothing_is_clipped(random, figure, n_files):
-    if n_files > 1 and not figure.about.several:
-        return
     files = [contact_file(random, f"{TINY}casing: {{n_bumps: {3 + n}}}\n") for n in range(n_files)]
     axes = np.ravel(figure(files if n_files > 1 else files[0]))
     assert_nothing_clipped(axes[0].figure)
@@ -141,9 +139,8 @@ def test_contact_nodes_are_drawn_at_their_places(sector, disk):
     axes = hpcrub.plot.model(sector)
     (drawn,) = [np.transpose(line.get_data_3d()) for line in axes.get_lines()]
     np.testing.assert_allclose(drawn, 1e3 * disk.nodes[disk.contact_node])
-    assert [text.get_text() for text in axes.texts] == [
-        str(blade + 1) for blade in range(disk.n_blades)
-    ]
+    numbers = [str(blade + 1) for blade in range(disk.n_blades)]
+    assert [text.get_text() for text in axes.texts] == numbers
 
 
 def test_axes_of_ones_own_and_what_cannot_be_drawn(sector, disk, tmp_path):

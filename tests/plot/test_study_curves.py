@@ -33,9 +33,8 @@ def test_energy(random):
     )  # fmt: skip
     by_energy = file.read("energy_j").max(axis=(1, 2)) / file.read("tuned/energy_j").max()
     axes = plot.energy([file, file])
-    levels = [
-        (file.read("amplification")[part], by_energy[part]) for part in (slice(8), slice(8, 16))
-    ]
+    halves = slice(8), slice(8, 16)
+    levels = [(file.read("amplification")[part], by_energy[part]) for part in halves]
     assert_drawn(axes, *levels, *levels)
     x, square = lines(axes)[-1].T
     np.testing.assert_allclose(square, x**2)
@@ -125,9 +124,8 @@ def test_interaction_map():
     assert (other.first_hz, other.last_hz) == (66.5, 69.5)
     assert_drawn(axes, ([0, 1], [140, 140]))
     boxes = [patch.get_bbox() for patch in axes.patches]
-    assert [box.contains(*at) for box, at in zip(boxes, ((35, 140), (68, 136)), strict=True)] == [
-        True, True,
-    ]  # fmt: skip
+    for box, at in zip(boxes, ((35, 140), (68, 136)), strict=True):
+        assert box.contains(*at)
     assert axes.get_title().endswith("at 140 Hz, 47 Hz above the family")  # whose top is 93
     assert all(note.get_text().isdigit() for note in axes.texts if not note.arrow_patch)
 
@@ -148,9 +146,8 @@ def test_branches(random):
     drawn = [one for one in axes.collections if len(one.get_offsets()) > 1]
     for start, points in enumerate(drawn):
         steady = file.read("point_status", start) == STEADY
-        np.testing.assert_allclose(
-            points.get_offsets(), np.column_stack([speeds, mean[start]])[steady]
-        )
+        expected = np.column_stack([speeds, mean[start]])[steady]
+        np.testing.assert_allclose(points.get_offsets(), expected)
         np.testing.assert_allclose(points.get_array(), 100 * local[start, steady].mean(axis=-1))
     assert_drawn(axes, ([34.0], [10.0]))  # not steady
     bars = np.array(axes.collections[0].get_segments())[:, :, 1]

@@ -119,6 +119,7 @@ def test_a_contact_study_that_may_converge_before_its_end_says_at_most(stops, ca
 
 
 RUNS = "A of the pattern: 1.00 / 1.00 / 3.00 (least, median and largest of 3 runs)"
+FOUR = {"half_range_percent": [4]}
 
 
 @pytest.mark.parametrize(
@@ -126,12 +127,8 @@ RUNS = "A of the pattern: 1.00 / 1.00 / 3.00 (least, median and largest of 3 run
     [
         ({"pattern": [1.0] * 11 + [4.0]}, [1.2], "A of the pattern: 1.20"),
         ({"pattern": [1.0] * 12}, [1, 3, 1], RUNS),
-        ({"half_range_percent": [4]}, [1.2, np.nan], "A at ±4 %: 1.20"),
-        (
-            {"half_range_percent": [4]},
-            [1, 3],
-            "A at ±4 %: 1.02 / 2.00 / 2.98 (percentiles 1/50/99)",
-        ),
+        (FOUR, [1.2, np.nan], "A at ±4 %: 1.20"),
+        (FOUR, [1, 3], "A at ±4 %: 1.02 / 2.00 / 2.98 (percentiles 1/50/99)"),
     ],
 )
 def test_one_disk_has_no_percentiles_on_its_way(mistuning, values, told, capsys):

@@ -75,9 +75,8 @@ def test_two_standard_errors_hold_the_mean_of_a_process_that_is_known(decay, max
     Five windows are enough for the usual error, ten times as many are needed for the small one.
     """
     random, criteria = np.random.default_rng(3), CRITERIA._replace(max_error=max_error)
-    found = [
-        watched(forgetful(random, 200, decay), decay, criteria=criteria)[0] for _ in range(300)
-    ]
+    series = (forgetful(random, 200, decay) for _ in range(300))
+    found = [watched(sizes, decay, criteria=criteria)[0] for sizes in series]
     assert {one.status for one in found} == {AVERAGED}
     assert max(one.error / one.amplitude for one in found) <= max_error
     off = np.array([abs(one.amplitude - 1.0) / one.error for one in found])

@@ -29,16 +29,8 @@ def problem():
 
 
 @pytest.fixture(scope="module")
-def modes(problem):
-    return mistuned_modes(problem.reduced, np.zeros(12))
-
-
-@pytest.fixture(scope="module")
 def mistuned(problem):
     return mistuned_modes(problem.reduced, stiffness_deviation(5, 0, 0, 12, 0.04))
-
-
-NAMES = "time", "position", "normal_force"
 
 
 def test_same_steps_as_the_sweep(problem, mistuned):
@@ -79,7 +71,7 @@ def test_a_continued_sweep_starts_from_the_same_motion(problem, mistuned, speed)
     first = run_sweep(mistuned, scene, [speed], motion=motion)
     start = Motion(*(values.copy() for values in motion))
     result = run_sweep(mistuned, scene, [speed], motion=motion)
-    time, q = whole(mistuned, scene, [speed], result.time[0], *NAMES[:2], motion=start)
+    time, q = whole(mistuned, scene, [speed], result.time[0], "time", "position", motion=start)
     tips = np.einsum("ck,rk->rc", mistuned.tangential, q[:, :, 0])
     window = time[:, 0] > time[-1, 0] - 3 / speed * (1 - 1e-9)
     assert np.abs(tips[window]).max() == pytest.approx(result.amplitude[0], rel=1e-9)
@@ -124,8 +116,9 @@ def test_a_history_fails_where_the_sweep_does(leaning, changes, reason):
     assert not sound.reason.any()
 
 
-def test_a_failure_stays(problem, modes):
+def test_a_failure_stays(problem):
     """A lane that has been larger than the disk has failed, even when it is small again."""
+    modes = mistuned_modes(problem.reduced, np.zeros(12))
     scene = problem.scene._replace(casing=CasingShape(4, 0.0), damping_ratio=0.5)
     motion = Motion.at_rest(2, len(modes.omega))
     tips = modes.tangential[:, 0]

@@ -100,9 +100,8 @@ def test_peak_is_that_of_brute_force(n_diameters, sample):
     assert brute <= amplitude * (1 + 1e-12)
     assert amplitude == pytest.approx(brute, rel=1e-6)
     assert speed_hz == pytest.approx(brute_speed, rel=1e-4)
-    assert np.abs(response(modes, n_diameters, [speed_hz])).max() == pytest.approx(
-        amplitude, rel=1e-12
-    )
+    there = np.abs(response(modes, n_diameters, [speed_hz])).max()
+    assert there == pytest.approx(amplitude, rel=1e-12)
 
 
 def made_up_modes(rng, n_family, spread, cancelling):
@@ -205,10 +204,9 @@ def test_a_load_that_never_meets_the_disk_sees_its_frequencies_of_the_middle():
     """ω² grows by 2 W², W² faster than the load of engine order 1."""
     modes, (*_, normal, tangential, _) = stiffened(4, 2 * np.pi * 30.0)
     points = planar_interface(2 * np.pi * np.arange(3) / 3, 0.5, normal, tangential)
-    fixed = modes._replace(stiffening=np.zeros((0, 0)))
-    assert linear_peak(modes, 0.01, LOAD, 1, points, 3) == linear_peak(
-        fixed, 0.01, LOAD, 1, points, 3
-    )
+    disks = modes, modes._replace(stiffening=np.zeros((0, 0)))
+    never, fixed = (linear_peak(disk, 0.01, LOAD, 1, points, 3) for disk in disks)
+    assert never == fixed
 
 
 OMEGA = 2 * np.pi * np.array([80.0, 90.0, 100.0, 150.0, 200.0, 900.0])
@@ -237,8 +235,7 @@ def test_equal_ratios_are_the_bits_of_the_single_one(scheme, h):
     for ratio in (1e-6, 4e-3, 0.005, 1 / 3, 0.999):
         one = coefficients(scheme, omega, ratio, h)
         each = coefficients(scheme, omega, ratios(Damping((ratio,)), omega), h)
-        for a, b in zip(one, each, strict=True):
-            assert a.tobytes() == b.tobytes()
+        np.testing.assert_array_equal(one, each)
 
 
 def test_the_keys_of_damping():

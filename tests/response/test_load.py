@@ -31,13 +31,9 @@ FREE = {
 def test_without_contact_it_gives_the_harmonic_response(order, n_bumps, repeats):
     reduced = reference_reduced()
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
-    scene = reference_scene(
-        **FREE,
-        load_order=order,
-        casing=CasingShape(n_bumps, 1.25e-3),
-        step=2e-5,
-        record_interval=2e-5,
-    )
+    every_step = {"step": 2e-5, "record_interval": 2e-5}
+    bumps = CasingShape(n_bumps, 1.25e-3)
+    scene = reference_scene(**FREE, load_order=order, casing=bumps, **every_step)
     speeds = np.array([86.0, 91.0, 92.5, 100.0]) / order
     assert cut_revolution(speeds[0], scene).blocks_per_revolution == repeats
     found = run_sweep(modes, scene, speeds)
@@ -99,9 +95,8 @@ def test_it_stands_still_in_space_as_the_casing_does():
 
 def test_a_loaded_disk_may_touch_a_casing_without_bumps():
     modes = mistuned_modes(reference_reduced(), np.zeros(12))
-    scene = reference_scene(
-        **(FREE | {"clearance": 1e-6}), load_order=4, casing=CasingShape(4, 0.0), step=2e-5
-    )
+    near = FREE | {"clearance": 1e-6, "casing": CasingShape(4, 0.0)}
+    scene = reference_scene(**near, load_order=4, step=2e-5)
     assert can_touch(scene)
     free = run_sweep(modes, scene._replace(clearance=1.0), [23.0])
     stopped = run_sweep(modes, scene, [23.0])

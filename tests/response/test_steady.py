@@ -163,9 +163,8 @@ def test_permanent_contact_is_judged_with_the_stiffness_of_its_own_speed():
     """Rotation adds W^2 to both squares of frequency, as to k_nn and k_tt of a unit mass."""
     coupling, middle, speed = 1.6e4, 20.0, 40.0
     change = (2 * np.pi) ** 2 * (speed**2 - middle**2)
-    modes = point(coupling)._replace(
-        speed=2 * np.pi * middle, stiffening=np.array([[1.0, 1.0], [0.0, 0.0]])
-    )
+    stiffening = np.array([[1.0, 1.0], [0.0, 0.0]])
+    modes = point(coupling)._replace(speed=2 * np.pi * middle, stiffening=stiffening)
     critical = [k / coupling for k in (K_TT, K_TT + change)]
     scene = SimpleNamespace(friction=np.mean(critical), coating=None, elastic_casing=None)
     found = [permanent_contact(np.ones(1), modes, scene, s) for s in (middle, speed)]

@@ -36,9 +36,8 @@ def one_blade(**changes):
     """Modes and scene of a mass of 1 kg on a spring, pushed away by one bump per turn."""
     ones = np.ones((1, 1))
     modes = Modes.planar(np.array([2 * np.pi * 20.0]), ones, ones)
-    scene = Scene(
-        planar_interface(np.zeros(1), 1.0), 0.05, CasingShape(1, 2e-3), 1e-3, 0.01, 0.0, step=1e-4
-    )
+    face = planar_interface(np.zeros(1), 1.0)
+    scene = Scene(face, 0.05, CasingShape(1, 2e-3), 1e-3, 0.01, 0.0, step=1e-4)
     return modes, scene._replace(**changes)
 
 
@@ -56,16 +55,12 @@ def test_revolution_is_cut_into_whole_steps_blocks_and_records(n_bumps, step, sp
     assert n_bumps % grid.blocks_per_revolution == 0  # a block turns by whole pitches
 
 
-def points_of(shape, n=3600):
-    """Profile of a function of the angle, measured at n places."""
-    angle = 2 * np.pi * np.arange(n) / n
-    return Profile(measured=tuple(zip(angle, shape(angle), strict=True)))
-
-
 def test_an_oval_is_the_same_by_its_harmonic_and_by_its_points():
     modes, scene = one_blade(casing=CasingShape(1, 0.0))
     oval = Profile(harmonics=((2, 2e-3, 0.4),))
-    points = points_of(lambda angle: 2e-3 * np.cos(2 * (angle - 0.4)))
+    angle = 2 * np.pi * np.arange(3600) / 3600
+    heights = 2e-3 * np.cos(2 * (angle - 0.4))
+    points = Profile(measured=tuple(zip(angle, heights, strict=True)))
     harmonic, measured = (scene._replace(casing=CasingShape(1, 0.0, p)) for p in (oval, points))
     assert cut_revolution(13.0, harmonic).blocks_per_revolution == 2
     assert cut_revolution(13.0, measured).blocks_per_revolution == 1
@@ -101,9 +96,8 @@ def test_every_mode_decays_with_its_own_damping():
     end.position[:] = start
     pieces = list(history.integrate(modes, scene, [10.0], 0.5, end))
     time, ratio = pieces[-1].time[-1, 0], np.array(damping.ratios)
-    envelope = np.hypot(
-        end.position[0], (end.velocity[0] + ratio * omega * end.position[0]) / omega
-    )
+    q, v = end.position[0], end.velocity[0]
+    envelope = np.hypot(q, v / omega + ratio * q)
     np.testing.assert_allclose(envelope, start * np.exp(-ratio * omega * time), rtol=0.02)
 
 

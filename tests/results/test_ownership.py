@@ -53,13 +53,12 @@ def test_our_own_and_empty_files_are_replaced(path):
 
 
 @pytest.mark.parametrize("output", ["a.yaml", "a.png", "a.runs.jsonl", "", ".", "a.yaml/a.h5"])
-def test_no_output_harms_the_input_or_passes_for_a_figure_or_log(tiny, monkeypatch, capfd, output):
-    monkeypatch.chdir(tiny.parent)
+def test_no_output_harms_the_input_or_passes_for_a_figure_or_log(tiny, folder, capfd, output):
     tiny.rename("a.yaml")
-    before = os.listdir(), (tiny.parent / "a.yaml").read_bytes()
+    before = os.listdir(), Path("a.yaml").read_bytes()
     assert program(["run", "a.yaml", "--overwrite", "--output", output]) == 2
     assert capfd.readouterr().err.count("\n") == 1
-    assert before == (os.listdir(), (tiny.parent / "a.yaml").read_bytes())
+    assert before == (os.listdir(), Path("a.yaml").read_bytes())
 
 
 def in_another_job(path):

@@ -60,9 +60,6 @@ def test_xarray_and_netcdf_open_the_file_of_every_study(any_study):
                 assert array.shape == shape
                 assert {"units", "long_name"} <= set(array.attrs), name
                 assert not [d for d in array.dims if d.startswith(("phony", "axis_", "dim_"))]
-    for group, datasets in expected.items():
-        with xarray.open_dataset(any_study, group=group, engine="h5netcdf") as dataset:
-            assert set(datasets) <= set(dataset.variables)
     with netCDF4.Dataset(any_study) as file:
         for group, datasets in expected.items():
             for name, shape in datasets.items():

@@ -172,9 +172,8 @@ def test_nothing_is_written_outside_the_file_that_was_named(folder, capfd, put, 
     names = ["a.h5", "other.h5", "precious.dat"]
     before = [Path(file).read_bytes() for file in names]
     assert run_here("a.yaml", "--resume") == 2
-    assert error_lines(capfd.readouterr().err) == [
-        f"hpcrub: error: {folder / 'a.h5'}: {name} is a link, or its data is stored elsewhere"
-    ]
+    said = f"{folder / 'a.h5'}: {name} is a link, or its data is stored elsewhere"
+    assert error_lines(capfd.readouterr().err) == [f"hpcrub: error: {said}"]
     assert [Path(file).read_bytes() for file in names] == before
     for open_ in (studies.open_result, contact_study.open_contact):  # of merge, energy, and figures
         assert f"{name} is a link" in refusal(open_, folder / "a.h5")
@@ -302,9 +301,8 @@ def test_an_axis_whose_scale_has_no_name_is_numbered(path, monkeypatch):
 
 
 def test_size_is_foretold(path, tiny_config):
-    assert path.stat().st_size == pytest.approx(
-        result_files.file_size(studies.run_of(tiny_config)), abs=32768
-    )
+    foretold = result_files.file_size(studies.run_of(tiny_config))
+    assert path.stat().st_size == pytest.approx(foretold, abs=32768)
 
 
 def test_a_file_that_the_disk_or_somebody_has_taken_away_is_told(tmp_path, monkeypatch):

@@ -36,6 +36,12 @@ def read(text):
     return imported.resolved(Config.from_yaml(text))
 
 
+def study_of(arrays, text=""):
+    """Config of a study of the model file model.h5, which holds these arrays from now on."""
+    model_file.write("model.h5", arrays, overwrite=True)
+    return read("disk: {model: model.h5}\n" + text)
+
+
 def reduced_arrays(n_modes=6):
     disk = assembly.assemble(neutral.from_arrays(sector_arrays()))
     return neutral.to_arrays(reduced.reduce_disk(disk, n_modes)[0])
@@ -43,10 +49,10 @@ def reduced_arrays(n_modes=6):
 
 def test_contact_of_the_planar_disk_is_that_of_its_model_file(folder):
     """A mistuned disk over two revolutions: to rounding, which its impacts enlarge."""
-    brief = "steady_state: {first_check_s: 0.01, max_time_s: 0.06, window_revolutions: 1}"
-    built_in = Config.from_yaml(f"reduction: {{n_modes: 24}}\n{brief}")
-    model_file.write("planar.h5", planar_arrays(build_disk(built_in.disk, built_in.material)))
-    ours = read(f"disk: {{model: planar.h5}}\nreduction: {{n_modes: 24}}\n{brief}")
+    text = "reduction: {n_modes: 24}\n"
+    text += "steady_state: {first_check_s: 0.01, max_time_s: 0.06, window_revolutions: 1}"
+    built_in = Config.from_yaml(text)
+    ours = study_of(planar_arrays(build_disk(built_in.disk, built_in.material)), text)
     assert ours.n_coordinates == built_in.n_coordinates
     assert ours.disk.n_blades == 12
     blades = np.linspace(-0.01, 0.01, 12)
@@ -65,8 +71,7 @@ def test_rows_of_a_rotation_at_contact_nodes_are_no_direction(folder):
     tips = disk.contact_dof[:, 1] + 1
     assert (arrays["dof"][tips] == (-1, 0)).all()  # rows of their own
     arrays["dof"][tips] = np.column_stack([arrays["contact_node"], np.full(len(tips), 6)])
-    model_file.write("beams.h5", arrays)
-    config = read("disk: {model: beams.h5}\n" + brief)
+    config = study_of(arrays, brief)
     assert config.n_coordinates == Config.from_yaml(brief).n_coordinates
     assert len(build_problem(config).reduced.tuned_eigenvalues) == config.n_coordinates
 
@@ -74,12 +79,10 @@ def test_rows_of_a_rotation_at_contact_nodes_are_no_direction(folder):
 def test_nodes_with_a_clearance_of_their_own_get_the_step_of_both_together(folder):
     """It was "inf steps per bump width", and too long a step, where nodes stand out by 21.5 mm."""
     arrays, text = sector_arrays(), "casing: {bump_height_mm: 0.155, clearance_mm: %g}"
-    model_file.write("plain.h5", arrays)
     one = neutral.from_arrays(arrays | {"contact_clearance": np.ones(2)}).contact_clearance[0]
     out = -21.5e-3 / one  # in the units of the file
-    model_file.write("near.h5", arrays | {"contact_clearance": np.full(2, out)})
-    plain = read(f"disk: {{model: plain.h5}}\n{text % 0.1}")
-    near = read(f"disk: {{model: near.h5}}\n{text % 21.6}")
+    plain = study_of(arrays, text % 0.1)
+    near = study_of(arrays | {"contact_clearance": np.full(2, out)}, text % 21.6)
     assert resolution.bump_time(near) == pytest.approx(resolution.bump_time(plain))
     assert near.step == pytest.approx(plain.step)
 
@@ -88,9 +91,7 @@ def test_nodes_of_all_blades_meet_the_same_strips_of_a_coating(folder):
     """Places are rounded where a mesh is written; each blade met strips of its own."""
     arrays = reduced_arrays()
     arrays["nodes"] += 5e-6 * np.random.default_rng(6).uniform(-1, 1, arrays["nodes"].shape)
-    model_file.write("noisy.h5", arrays)
-    law = "contact: {law: abradable, coating: {tip_area_mm2: 420}}\n"
-    config = read(law + "disk: {model: noisy.h5}")
+    config = study_of(arrays, "contact: {law: abradable, coating: {tip_area_mm2: 420}}")
     scene = build_problem(config).scene
     assert (config.disk.n_strips, scene.n_strips) == (2, 2)
     at = scene.interface.axial_position
@@ -104,8 +105,7 @@ def test_keys_that_the_model_file_fills_in(sector):
     assert d.tip_radius_mm == pytest.approx(SMALL.tip)
     assert config.n_coordinates == 40  # 7 modes are two families of 5 blades
     assert Config.from_yaml(config.to_yaml()) == config  # without the file
-    model_file.write("reduced.h5", reduced_arrays(7))
-    assert read("disk: {model: reduced.h5}").reduction.n_modes == 10
+    assert study_of(reduced_arrays(7)).reduction.n_modes == 10
 
 
 @pytest.mark.parametrize(
@@ -119,8 +119,7 @@ def test_keys_that_the_model_file_fills_in(sector):
 def test_arrays_that_a_reduced_model_cannot_have_are_refused(folder, spoilt, words):
     arrays = reduced_arrays()
     spoilt = {name: np.array(spoil(arrays.get(name))) for name, spoil in spoilt.items()}
-    model_file.write("reduced.h5", arrays | spoilt)
-    assert f"reduced.h5: {words}" in refusal(read, "disk: {model: reduced.h5}")
+    assert f"model.h5: {words}" in refusal(study_of, arrays | spoilt)
 
 
 @pytest.mark.parametrize(
@@ -167,8 +166,7 @@ def test_changed_model_file_is_refused(sector):
 
 def test_blades_without_stiffness_of_their_own_cannot_be_mistuned(folder):
     arrays = {k: v for k, v in sector_arrays().items() if not k.startswith("K_blade")}
-    model_file.write("sector.h5", arrays)
-    config = read(SECTOR + "reduction: {n_modes: 4}")
+    config = study_of(arrays, "reduction: {n_modes: 4}")
     with pytest.raises(InputError, match="has no K_blade"):
         studies.run_of(config).prepare()
     problem = build_problem(config)
@@ -176,8 +174,8 @@ def test_blades_without_stiffness_of_their_own_cannot_be_mistuned(folder):
         modes_of(config, problem, deviation(config, 0, 0))
 
 
-def modal_of(text):
-    config = read(f"study: modal\n{text}")
+def modal_of(arrays, text=""):
+    config = study_of(arrays, f"study: modal\n{text}")
     pieces = modal.STUDY.compute(config, build_model(config), 0, None)
     values = {name: found for name, _, found in pieces}
     lengths = studies.run_of(config).sizes()
@@ -190,8 +188,7 @@ def modal_of(text):
 def test_modes_of_a_model_file_are_those_of_its_matrices(folder):
     """Frequencies by a dense solution; shapes are those of the disk on all nodes of its surface."""
     arrays = sector_arrays() | {"surface": np.array([[0, 1, 2, 3]])}
-    model_file.write("sector.h5", arrays)
-    found = modal_of(SECTOR + "reduction: {n_modes: 30}")
+    found = modal_of(arrays, "reduction: {n_modes: 30}")
     disk = assembly.assemble(neutral.from_arrays(arrays))
     values, vectors = eigh(disk.stiffness[0].toarray(), disk.mass.toarray())
     n = len(found["full/frequencies_hz"])
@@ -215,8 +212,7 @@ def test_modes_of_a_model_file_are_those_of_its_matrices(folder):
 
 def test_modes_of_a_reduced_file_are_drawn_at_its_contact_nodes(folder):
     arrays = reduced_arrays(12)
-    model_file.write("reduced.h5", arrays)
-    found = modal_of("disk: {model: reduced.h5}")
+    found = modal_of(arrays)
     assert found["surface"].shape == (0, 4)
     np.testing.assert_allclose(found["position_m"], arrays["nodes"])
     assert sorted(found["reduced/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]
@@ -237,22 +233,21 @@ def test_modes_of_a_reduced_file_are_drawn_at_its_contact_nodes(folder):
 )
 def test_reduced_models_that_cannot_be_right(folder, changes, words):
     arrays = reduced_arrays()
-    model_file.write("wrong.h5", arrays | changes(arrays))
     with pytest.raises(InputError, match=words):
-        build_problem(read("disk: {model: wrong.h5}"))
+        build_problem(study_of(arrays | changes(arrays)))
 
 
 def test_a_speed_beyond_those_of_the_matrices_is_named(folder, capsys):
     """K0 - W^2 K0 / W0^2 is that of a disk below W0 alone; its modes at 0 Hz went unnoticed."""
     arrays, limit = reduced_arrays(), 2 * np.pi * 600.0
     falling = {"K0": arrays["K"], "K1": -arrays["K"] / limit**2, "K2": 0 * arrays["K"]}
-    model_file.write("falls.h5", {k: v for k, v in arrays.items() if k != "K"} | falling)
-    text = "disk: {{model: falls.h5}}\nspeeds: {{from_hz: {}, to_hz: {}, step_hz: 40}}\n"
-    build_problem(read(text.format(100, 140)))
+    falls = {k: v for k, v in arrays.items() if k != "K"} | falling
+    text = "speeds: {{from_hz: {}, to_hz: {}, step_hz: 40}}\n"
+    build_problem(study_of(falls, text.format(100, 140)))
     for ends, hz in (((800, 900), 850), ((20, 660), 620)):
         with pytest.raises(InputError, match=f"speeds: at {hz} Hz the stiffness of this model is"):
-            build_problem(read(text.format(*ends)))
-    assert program(["import", "model", "falls.h5", "--speed-hz", "700"]) == 2
+            build_problem(study_of(falls, text.format(*ends)))
+    assert program(["import", "model", "model.h5", "--speed-hz", "700"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("hpcrub: error: --speed-hz: at 700 Hz the stiffness of this model")
 
@@ -263,8 +258,7 @@ def test_speeds_beyond_those_of_the_matrices_are_marked(folder, known, warned):
     arrays = reduced_arrays()
     stiffness = {"K0": arrays.pop("K"), "speeds_hz": np.array(known, dtype=float)}
     stiffness["K1"] = 0.0 * stiffness["K0"]
-    model_file.write("speeds.h5", arrays | stiffness)
-    config = read("disk: {model: speeds.h5}\nspeeds: {from_hz: 100, to_hz: 140, step_hz: 40}\n")
+    config = study_of(arrays | stiffness, "speeds: {from_hz: 100, to_hz: 140, step_hz: 40}")
     found = [w for w in plausibility.warnings(config, build_problem(config)) if "matrices" in w]
     assert [w[:37] for w in found] == ["not resolved: speeds of 100 to 140 Hz"] * warned
 
@@ -273,10 +267,9 @@ def test_blades_may_have_different_numbers_of_contact_nodes(folder):
     arrays = reduced_arrays()
     for name in ("contact_node", "contact_blade", "contact_clearance"):
         arrays[name] = arrays[name][:-1]
-    model_file.write("uneven.h5", arrays)
-    found = modal_of("disk: {model: uneven.h5}")
+    found = modal_of(arrays)
     assert sorted(found["reduced/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]
-    assert program(["import", "model", "uneven.h5"]) == 0
+    assert program(["import", "model", "model.h5"]) == 0
 
 
 def test_a_file_without_its_kind_is_told_by_the_import(folder, capsys):
@@ -308,8 +301,8 @@ def test_a_contact_node_that_stands_out_meets_the_bumps(folder):
     arrays = sector_arrays()
     own = np.zeros(len(arrays["contact_node"]))
     own[1] = -3e-4
-    model_file.write("sector.h5", arrays | {"contact_clearance": own})
-    config = read(SECTOR + "casing: {bump_height_mm: 0.5, clearance_mm: 0.7}")
+    text = "casing: {bump_height_mm: 0.5, clearance_mm: 0.7}"
+    config = study_of(arrays | {"contact_clearance": own}, text)
     width = np.sqrt(np.log(0.5 / 0.4)) * 0.2 * 2 * np.pi / config.casing.n_bumps
     assert resolution.width_of_bump(config) == pytest.approx(width)
 

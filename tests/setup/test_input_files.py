@@ -101,9 +101,8 @@ def test_a_table_of_names_alone_is_refused(tmp_path, key, names):
 
 def test_a_result_keeps_its_profile_and_refuses_another(folder, capfd):
     (folder / "casing.csv").write_text(PROFILE)
-    (folder / "input.yaml").write_text(
-        "study: modal\ncasing: {profile_csv: casing.csv, smoothing_mm: 0}\n"
-    )
+    casing = "casing: {profile_csv: casing.csv, smoothing_mm: 0}\n"
+    (folder / "input.yaml").write_text(f"study: modal\n{casing}")
     arguments = "input.yaml", "--output", "out.h5", "--no-figures"
     assert cli.main(arguments) == 0
     angle, gap = plot.casing(folder / "out.h5")[1].get_lines()[0].get_data()
@@ -184,10 +183,9 @@ def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
 def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, capfd):
     csv_of(tmp_path / "disks.csv", PATTERNS[:2])
     levels = "mistuning: {half_range_percent: [2, 4], samples: 2, checked_samples: 0}"
-    (tmp_path / "all.yaml").write_text(TINY.replace(levels, "mistuning: {pattern: disks.csv}"))
-    (tmp_path / "one.yaml").write_text(
-        TINY.replace(levels, f"mistuning: {{pattern: {PATTERNS[1].tolist()}}}")
-    )
+    for name, pattern in (("all", "disks.csv"), ("one", PATTERNS[1].tolist())):
+        text = TINY.replace(levels, f"mistuning: {{pattern: {pattern}}}")
+        (tmp_path / f"{name}.yaml").write_text(text)
     run_on(2, "all.yaml", "--output", "all.h5", folder=tmp_path)
     assert run_here("one.yaml", "--output", "one.h5", folder=tmp_path) == 0
     with open_result(tmp_path / "all.h5") as many, open_result(tmp_path / "one.h5") as one:

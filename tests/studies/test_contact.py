@@ -264,9 +264,8 @@ def test_a_reference_that_is_rounding_is_refused(tiny, folder, capfd):
     assert "samples: 1" not in said.out
 
 
-def test_runs_of_the_tuned_disk_show_what_hardly_any_change_does(tiny, monkeypatch):
+def test_runs_of_the_tuned_disk_show_what_hardly_any_change_does(tiny, folder):
     """Where the motion is periodic they agree; with the paper's damping it is not."""
-    monkeypatch.chdir(tiny.parent)
     spread = []
     for ratio in (0.02, 0.005):
         keys = {"speeds.from_hz": 34.9, "speeds.to_hz": 34.9, "reduction.n_modes": 60}

@@ -26,7 +26,7 @@ STUDY = (
     TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[4]")
     + """\
 study: rare
-limits: {amplitude_mm: LIMIT, probability_error: 0.2}
+limits: {amplitude_mm: 10, probability_error: 0.2}
 """
 )
 REFUSED = {
@@ -46,10 +46,9 @@ def brute(tmp_path_factory):
     A first look is made cheap, so that it is taken: nine checks later a motion has ended.
     """
     folder = tmp_path_factory.mktemp("rare")
-    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10"))
-    peaks = largest_amplitudes(load(folder / "study.yaml"), range(N))
+    peaks = largest_amplitudes(Config.from_yaml(STUDY), range(N))
     limit = round(1e3 * float(np.quantile(peaks, 0.8)), 3)
-    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", str(limit)))
+    (folder / "study.yaml").write_text(STUDY.replace("_mm: 10", f"_mm: {limit}"))
     return folder, peaks, limit / 1e3
 
 
@@ -146,13 +145,10 @@ def test_the_draws_are_uniform_and_depend_on_seed_and_sample_alone(brute):
 
 @pytest.mark.parametrize("override", REFUSED)
 def test_what_has_no_probability_is_refused(folder, override, capsys):
-    text = STUDY.replace("LIMIT", "10")
-    assert REFUSED[override] in refused_study(folder, text, override, capsys)
+    assert REFUSED[override] in refused_study(folder, STUDY, override, capsys)
 
 
 def test_one_pattern_is_refused():
-    text = STUDY.replace("LIMIT", "10")
-    config = Config.from_yaml(
-        text.replace("half_range_percent: [4]", f"pattern: {list(range(12))}")
-    )
+    pattern = STUDY.replace("half_range_percent: [4]", f"pattern: {list(range(12))}")
+    config = Config.from_yaml(pattern)
     assert any("one pattern has no probability" in line for line in rare.STUDY.problems(config))

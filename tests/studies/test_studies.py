@@ -57,13 +57,11 @@ def test_modes_of_the_tuned_disk_come_in_pairs(modal, kind):
     assert (family.min(), family.max()) == pytest.approx((90.1, 93.2), abs=0.05)  # the paper
 
 
-def test_resonances_are_as_wide_as_the_damping_of_their_modes(tmp_path, monkeypatch):
+def test_resonances_are_as_wide_as_the_damping_of_their_modes(folder):
     """Twice the damping ratio: 10 % at 5 %, however the ratio is given."""
-    monkeypatch.chdir(tmp_path)
     for key in ("damping_ratio=0.05", "damping_ratios=[0.05]"):
-        with compute(
-            "modal", options=["--no-figures", "--overwrite", "--set", f"material.{key}"]
-        ) as file:
+        options = "--no-figures", "--overwrite"
+        with compute("modal", f"material.{key}", options=options) as file:
             (line,) = [line for line in STUDIES["modal"].report(file) if "wide" in line]
         assert "resonances are 10 % wide" in line
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hpcrub.commands import inspect
+from hpcrub.config.schema import Config
 from hpcrub.ranks.progress import duration
 from hpcrub.runs import cost
 from hpcrub.runs.verdict import USELESS
@@ -25,11 +26,11 @@ from tests.studies.common import (
 
 N = 60
 STUDY = (
-    TINY.replace("samples: 2", f"samples: {N}")
+    TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[4]")
     + """\
 study: threshold
 threshold: {key: casing.clearance_mm, lowest: 0.2, highest: 1.4, tolerance: 0.3, probability: 0.4}
-limits: {amplitude_mm: LIMIT}
+limits: {amplitude_mm: 10}
 """
 )
 REFUSED = {
@@ -50,14 +51,12 @@ REFUSED = {
 def brute(tmp_path_factory):
     """Folder with the input, its limit the median of all disks half-way, and all their peaks."""
     folder = tmp_path_factory.mktemp("threshold")
-    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10"))
-    config = load(folder / "study.yaml", ["mistuning.half_range_percent=[4]"])
+    config = Config.from_yaml(STUDY)
     values = config.threshold.values
     configs = [config.replace({"casing.clearance_mm": float(value)}) for value in values]
     peaks = np.array([largest_amplitudes(here, range(N)) for here in configs])
     limit = round(1e3 * float(np.median(peaks[len(values) // 2])), 3)
-    text = STUDY.replace("LIMIT", str(limit)).replace("[2, 4]", "[4]")
-    (folder / "study.yaml").write_text(text)
+    (folder / "study.yaml").write_text(STUDY.replace("_mm: 10", f"_mm: {limit}"))
     assert run_here("study.yaml", "--output", "one.h5", folder=folder) == 0
     return folder, peaks, limit / 1e3
 
@@ -143,8 +142,7 @@ def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
 
 @pytest.mark.parametrize("override", REFUSED)
 def test_what_cannot_be_searched_for_is_refused(folder, override, capsys):
-    text = STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]")
-    assert REFUSED[override] in refused_study(folder, text, override, capsys)
+    assert REFUSED[override] in refused_study(folder, STUDY, override, capsys)
 
 
 def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, capfd):
@@ -154,12 +152,11 @@ def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, 
     """
     own = lambda config, *_: cost.Trial(config.casing.clearance_mm)  # noqa: E731
     monkeypatch.setattr(cost, "trial", own)
-    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]"))
-    config = load(folder / "study.yaml")
+    (folder / "study.yaml").write_text(STUDY)
     options = "--dry-run", "--set", "casing.clearance_mm=0.1"
     assert run_here("study.yaml", *options, folder=folder) == 0
-    said = capfd.readouterr().out
-    assert f"run time:   {duration(0.8 * THRESHOLD.cost(config).disks)} on 1 rank" in said
+    said, disks = capfd.readouterr().out, THRESHOLD.cost(Config.from_yaml(STUDY)).disks
+    assert f"run time:   {duration(0.8 * disks)} on 1 rank" in said
     assert "one disk takes:       0.2 s to 1.4 s" in said
 
 
@@ -168,22 +165,16 @@ def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, 
     [
         ("casing.clearance_mm", (0.2, 1.4), []),
         ("casing.clearance_mm", (0.2, 12.0), ["2.4 %", "(at casing.clearance_mm = 12)"]),
-        (
-            "casing.clearance_mm",
-            (12.0, 30.0),
-            ["2.4 %", "(at casing.clearance_mm = 12; also at 30)"],
-        ),
+        ("casing.clearance_mm", (12.0, 30.0), ["2.4 %", "clearance_mm = 12; also at 30)"]),
         ("contact.friction", (0.0, 0.3), ["12 %", "casing.clearance_mm is in mm"]),
     ],
 )
 def test_what_is_not_plausible_is_told_of_both_ends_of_the_range(folder, key, ends, told, capfd):
     """It was told of the input's own value alone, which is not computed; so was "contact: none"."""
-    text = STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]")
-    (folder / "study.yaml").write_text(text)
+    (folder / "study.yaml").write_text(STUDY)
     keys = {"key": key, "lowest": ends[0], "highest": ends[1], "tolerance": np.ptp(ends)}
-    changes = [f"threshold.{name}={value}" for name, value in keys.items()]
-    changes.append("casing.clearance_mm=60")
-    options = [word for change in changes for word in ("--set", change)]
+    options = [f"--set=threshold.{name}={value}" for name, value in keys.items()]
+    options.append("--set=casing.clearance_mm=60")
     assert run_here("study.yaml", "--dry-run", *options, folder=folder) == 0
     said = capfd.readouterr().out
     found = [line for line in said.splitlines() if " units: " in line]

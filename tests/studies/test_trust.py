@@ -90,10 +90,8 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
 
 
 def test_a_tuned_peak_at_the_last_speed_is_marked_where_the_steps_do_not_reach_the_end(file):
-    config, counts = (
-        file.config.replace({"speeds.from_hz": 33.8, "speeds.to_hz": 34.3}),
-        survey(file),
-    )
+    config = file.config.replace({"speeds.from_hz": 33.8, "speeds.to_hz": 34.3})
+    counts = survey(file)
     found = SimpleNamespace(config=config, read=file.read)
     assert config.speeds.values_hz[-1] == file.read("tuned/peak_speed_hz") < config.speeds.to_hz
     edge = "tuned peak at the edge of the speeds"
@@ -149,11 +147,9 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
     assert "±4 %: 0 of 1 disks exceed 35 mm" in printed
 
 
-def test_what_was_not_resolved_is_no_single_number(file):
+def test_what_was_not_resolved_is_no_single_number():
     line = "not resolved: 5 time steps per bump width"
-    assert not file.warnings
-    found = list(not_resolved(["units: rpm", line]))
-    assert found == [Finding(SINGLE, "not resolved", line)]
+    assert list(not_resolved(["units: rpm", line])) == [Finding(SINGLE, "not resolved", line)]
 
 
 def test_a_verdict_is_that_of_its_weightiest_finding():
@@ -162,9 +158,8 @@ def test_a_verdict_is_that_of_its_weightiest_finding():
     )
     assert block([]) == ["usable"]
     assert block([remark]) == ["usable", "do 0"]
-    assert block([remark, single], of_many=True) == [
-        "percentiles usable, single values not: why 1", "do 1", "do 0"
-    ]  # fmt: skip
+    of_many = "percentiles usable, single values not: why 1"
+    assert block([remark, single], of_many=True) == [of_many, "do 1", "do 0"]
     assert block([single]) == ["usable with care: why 1", "do 1"]
     assert block([single, useless, useless])[0] == "not usable: why 2"
     assert len(block([remark] * 9)) == 1 + MOST
@@ -185,22 +180,18 @@ def test_half_the_step_is_said_beside_the_step(file):
     weights = []
     for change in (0.01, 0.1, -0.3):
         with studies.open_result(config.output, mode="r+") as found:
-            contact_file.write_tuned(
-                found, {"peak_amplitude_m": 0.03, "half_step_peak_m": 0.03 * (1.0 + change)}
-            )
-            contact_file.write_sample(
-                found, 1, 0,
-                {"status": DONE, "peak_amplitude_m": 0.02, "half_step_peak_m": 0.02},
-            )  # fmt: skip
+            tuned = {"peak_amplitude_m": 0.03, "half_step_peak_m": 0.03 * (1.0 + change)}
+            own = {"peak_amplitude_m": 0.02, "half_step_peak_m": 0.02, "status": DONE}
+            contact_file.write_tuned(found, tuned)
+            contact_file.write_sample(found, 1, 0, own)
             np.testing.assert_allclose(trust.half_step_moves(found), [change, 0.0], atol=1e-12)
             (line,) = (f for f in trust._half_step(found))
         weights.append(line.weight)
         low, high = sorted((100 * change, 0.0))
         assert f"1 sample by {low:+.1f} to {high:+.1f} %" in line.advice
     assert weights == [REMARK, SINGLE, USELESS]
-    assert [limits.percent(share) for share in (0.0, 0.0042, 0.16, 0.997, 1.165)] == [
-        "0", "0.42", "16", "100", "116"
-    ]  # fmt: skip
+    percent = [limits.percent(share) for share in (0.0, 0.0042, 0.16, 0.997, 1.165)]
+    assert percent == ["0", "0.42", "16", "100", "116"]
 
 
 FOUR_BLADES = {
@@ -331,9 +322,8 @@ def test_a_stress_by_a_factor_says_on_what_it_rests(file):
     goodman = config.replace({"limits.static_mpa": 300.0, "limits.strength_mpa": 600.0})
     scaled.config = goodman
     assert goodman.limits.stress == pytest.approx(1.2e9)
-    assert "which 300 MPa of the rotation leave of 2400 MPa" in next(
-        limits.limit_lines(scaled, usable=True)
-    )
+    first, *_ = limits.limit_lines(scaled, usable=True)
+    assert "which 300 MPa of the rotation leave of 2400 MPa" in first
     (line,) = limits.largest_line(scaled, survey(file))
     assert line == f"largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa {factor}"
 

@@ -23,6 +23,20 @@ def one_line(capsys, words):
     assert error.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["model", "none.h5"], "none.h5"),
+        (["calculix", "none.inp", "--contact", "TIP", "--units", "mm t s"], "none.inp: cannot be"),
+        (["calculix", "none.inp", "--contact", "TIP", "--low", "A"], "a sector needs all three"),
+        (["matrixmarket", ".", "--units", "m kg s"], "nodes.csv"),
+    ],
+)
+def test_import_command_stops_with_one_sentence(folder, capsys, arguments, words):
+    assert command(*arguments) == 2
+    one_line(capsys, words)
+
+
 def test_a_name_that_is_taken_is_kept(tmp_path, capsys):
     """Like a study: nothing is replaced unasked, and what is no model file never."""
     source, out = tmp_path / "sector.h5", tmp_path / "out.h5"
