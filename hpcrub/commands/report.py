@@ -79,7 +79,7 @@ def _facts(path):
         lines = study.verdict(file)
         complete = n_done == status.size or study.is_enough(file)
         of = counted(status.size, study.unit.rstrip("s"))
-        origin = {n: v for n, v in file.attributes.items() if n not in ("config", "warnings")}
+        attributes, apart = sorted(file.attributes.items()), ("config", "warnings")
         partly = "" if complete else f"not complete, {n_done} of {of} are done; what is there is "
         return {
             "name": Path(path).name,
@@ -96,7 +96,7 @@ def _facts(path):
             "provenance": [
                 ("file", str(Path(path).resolve())),
                 ("SHA-256", model_file.checksum(path)),
-                *((name, str(origin[name])) for name in sorted(origin)),
+                *((name, str(value)) for name, value in attributes if name not in apart),
             ],
         }
 

@@ -60,7 +60,8 @@ class Interface(NamedTuple):
     def of_points(self, touching: np.ndarray) -> np.ndarray:
         """Whether any contact point of each blade touches (..., N), from points (..., C)."""
         touches = np.zeros((*touching.shape[:-1], self.n_blades), dtype=bool)
-        np.logical_or.at(touches, (..., self.blade), touching)  # type: ignore[arg-type]
+        for point, blade in enumerate(self.blade):
+            touches[..., blade] |= touching[..., point]
         return touches
 
     def of_blades(self, magnitude: np.ndarray) -> np.ndarray:

@@ -71,7 +71,7 @@ def trial(
     solid = len(modes.axial) > 0  # its contacts are harder to solve with longer steps
     step = problem.scene.step if solid else max(problem.scene.step, MEASURED_STEP)
     scene = problem.scene._replace(scheme="exact_modal", step=step)
-    # few speeds of a configuration leave lanes idle, here as in the study
+    # some speeds of the study; where it has few, lanes are idle here as they are there
     speeds, most = config.speeds.values_hz, WIDTH if solid else MEASURED_SPEEDS
     some = np.linspace(0, len(speeds) - 1, min(len(speeds), most)).round().astype(int)
     speeds, scene = _within_reason(modes, scene, speeds[some])

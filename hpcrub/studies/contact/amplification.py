@@ -165,8 +165,8 @@ def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
     contact, linear = (float(file.read(name)) for name in names)
     if np.isnan(linear):
         return None
-    lift = problem.scene.clearance + problem.scene.casing.highest if problem else 0.0
-    return Reference(contact, linear, ROUNDING * lift)
+    size = problem.scene.clearance + problem.scene.casing.highest if problem else 0.0
+    return Reference(contact, linear, ROUNDING * size)
 
 
 def write_tuned(
