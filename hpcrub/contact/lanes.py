@@ -21,6 +21,7 @@ import numpy as np
 
 from hpcrub.contact import machine
 
+MACHINE = machine.this_machine()
 TILE, WIDTH, BLOCK = machine.shape()
 WIDTHS = (*(n for n in machine.LANES if n < WIDTH), WIDTH)  # numbers of lanes on this machine
 TIPS, PAIR, ONE = (0,) * TILE, (0,) * 2, (0,)  # tiles of different sizes
@@ -142,6 +143,12 @@ def tile_store(array: np.ndarray, rows: tuple, tile: tuple) -> None:
         array[row] = vector
 
 
+def tile_replace(array: np.ndarray, rows: tuple, mask: np.ndarray, tile: tuple) -> None:
+    """Write a tile to the rows that ``rows`` names, in the lanes of a mask (array is modified)."""
+    for row, vector in zip(rows, tile, strict=True):
+        array[row] = select(mask, vector, array[row])
+
+
 def tile_rise(array: np.ndarray, rows: tuple, tile: tuple) -> None:
     """Raise the rows of a lane array that ``rows`` names to the magnitudes of a tile (modified)."""
     for row, vector in zip(rows, tile, strict=True):
@@ -149,31 +156,31 @@ def tile_rise(array: np.ndarray, rows: tuple, tile: tuple) -> None:
 
 
 def tile_relax(
-    coupling: np.ndarray, n_rows: int, rows: tuple, depth: Any, x: Any, limit: np.ndarray,
-    change: np.ndarray,
-) -> tuple[tuple, tuple, np.ndarray]:  # fmt: skip
-    """One sweep of projected Gauss–Seidel for x_i = max(depth_i, 0), depth = p − Cx.
+    coupling: np.ndarray, n_rows: int, rows: tuple, penetration: np.ndarray, x: tuple
+) -> tuple:
+    """One sweep of projected Gauss–Seidel for x_i = max(p_i − Σ C_ij x_j, 0).
 
     coupling: (n_rows², L) matrix C with zero diagonal, entry (i, j) in row i·n_rows + j [-].
     n_rows: number of rows of C.
-    rows: row of C for each member of the tiles.
-    depth: (L,) tile of depths before the sweep [m].
+    rows: row of C and p for each member of the tile.
+    penetration: p (≥ n_rows, L) [m].
     x: (L,) tile of unknowns before the sweep [m].
-    limit, change: (L,) tolerance, and largest change in the sweep before [m]; lanes whose change
-        is within the tolerance stay as they are.
-    Returns depth and x, the tiles after the sweep [m]; change (L,), largest change of any x [m].
+    Returns the tile of unknowns after the sweep [m].
+
+    A sum begins after its own point and ends with the point before, which is the last to be known.
     """
-    depth, x, changing = list(depth), list(x), limit < change
-    change = np.zeros_like(depth[0])
-    for a, column in enumerate(rows):
-        new = select(changing, larger(depth[a], 0.0), x[a])
-        less = x[a] - new
-        change = larger(np.abs(less), change)
-        x[a] = new
-        for b, row in enumerate(rows):
-            if b != a:
-                depth[b] = depth[b] + coupling[row * n_rows + column] * less
-    return tuple(depth), tuple(x), change
+    x = list(x)
+    for a, row in enumerate(rows):
+        depth = penetration[row]
+        for b in (*range(a + 1, len(x)), *range(a)):
+            depth = depth - coupling[row * n_rows + rows[b]] * x[b]
+        x[a] = larger(depth, 0.0)
+    return tuple(x)
+
+
+def tile_distance(tile: tuple, other: tuple) -> np.ndarray:
+    """Largest |difference| of the members of two tiles, lane by lane."""
+    return np.max([np.abs(a - b) for a, b in zip(tile, other, strict=True)], axis=0)
 
 
 def tile_largest(tile: tuple) -> np.ndarray:

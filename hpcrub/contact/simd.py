@@ -1,5 +1,7 @@
 """LLVM vector instructions that compiled code has for the functions of ``lanes.py``."""
 
+import functools
+import itertools
 import operator
 from collections.abc import Callable
 from inspect import Parameter, signature
@@ -246,6 +248,17 @@ def _tile_store(context, builder, sig, args):
     return context.get_dummy_value()
 
 
+@_instruction(lanes.tile_replace, lambda array, rows, mask, tile: types.none)
+def _tile_replace(context, builder, sig, args):
+    array, rows, mask, tile = args
+    rows, members = (cgutils.unpack_tuple(builder, values) for values in (rows, tile))
+    for row, member in zip(rows, members, strict=True):
+        old = _load_row(context, builder, sig.args[0], array, row, member.type.count)
+        kept = builder.select(mask, member, _frozen(builder, old))
+        _store_row(context, builder, sig.args[0], array, row, kept)
+    return context.get_dummy_value()
+
+
 @_instruction(lanes.tile_rise, lambda array, rows, tile: types.none)
 def _tile_rise(context, builder, sig, args):
     rows, members = (cgutils.unpack_tuple(builder, tile) for tile in args[1:])
@@ -268,37 +281,69 @@ def _tile_add(context, builder, sig, args):
     return tile
 
 
-@_instruction(
-    lanes.tile_relax,
-    lambda coupling, n_rows, rows, depth, x, limit, change: types.Tuple((depth, x, depth.dtype)),
-)
+def _parts(builder, vector):
+    """The registers of this machine that hold a vector."""
+    width = min(lanes.MACHINE.vector, vector.type.count)
+    return [
+        builder.shuffle_vector(vector, vector, _places(range(first, first + width)))
+        for first in range(0, vector.type.count, width)
+    ]
+
+
+def _whole(builder, parts):
+    """The vector that some registers hold."""
+    while len(parts) > 1:
+        together = _places(range(2 * parts[0].type.count))
+        parts = [
+            builder.shuffle_vector(a, b, together)
+            for a, b in zip(parts[::2], parts[1::2], strict=True)
+        ]
+    return parts[0]
+
+
+def _places(numbers):
+    kind = ir.VectorType(ir.IntType(32), len(numbers))
+    return ir.Constant(kind, [ir.Constant(kind.element, i) for i in numbers])
+
+
+@_instruction(lanes.tile_relax, lambda coupling, n_rows, rows, penetration, x: x)
 def _tile_relax(context, builder, sig, args):
-    coupling, n_rows, *tiles, limit, change = args
-    rows, depth, x = (cgutils.unpack_tuple(builder, tile) for tile in tiles)
-    vector = ir.VectorType(DOUBLE, sig.args[3].dtype.width)
-    # a mask from another basic block is no register: LLVM would make it anew for every point
-    changing = builder.fcmp_ordered("<", limit, change)
-    zero = change = ir.Constant(vector, None)
+    coupling, n_rows, rows, penetration, x = args
+    rows, x = (cgutils.unpack_tuple(builder, tile) for tile in (rows, x))
     # byte offsets of rows and columns, which the processor adds: no address for each pair
-    size = ir.Constant(INDEX, 8 * vector.count)
+    size = ir.Constant(INDEX, 8 * x[0].type.count)
     columns = [builder.mul(row, size) for row in rows]
-    data = context.make_array(sig.args[0])(context, builder, coupling).data
-    data = builder.bitcast(data, BYTE.as_pointer())
-    begins = [builder.gep(data, [builder.mul(column, n_rows)]) for column in columns]
-    for a, column in enumerate(columns):
-        new = builder.select(changing, _larger(builder, depth[a], zero), x[a])
-        # x − new as the smaller of two numbers makes the next point wait two instructions less
-        less = builder.fsub(x[a], depth[a])
-        less = builder.select(builder.fcmp_ordered("<", less, x[a]), less, x[a])
-        less = builder.select(changing, less, zero)
-        change = _larger(builder, _larger(builder, builder.fsub(zero, less), less), change)
-        x[a] = new
-        for b, begin in enumerate(begins):
-            if b != a:
-                at = builder.bitcast(builder.gep(begin, [column]), vector.as_pointer())
-                depth[b] = _fma(builder, builder.load(at, align=8), less, depth[b])
-    packed = [cgutils.pack_array(builder, members) for members in (depth, x)]
-    return context.make_tuple(builder, sig.return_type, [*packed, change])
+    coupling, penetration = (
+        builder.bitcast(context.make_array(kind)(context, builder, array).data, BYTE.as_pointer())
+        for kind, array in ((sig.args[0], coupling), (sig.args[3], penetration))
+    )
+    begins = [builder.gep(coupling, [builder.mul(column, n_rows)]) for column in columns]
+    parts = [list(part) for part in zip(*(_parts(builder, v) for v in x), strict=True)]
+    order = [*itertools.product(range(len(parts)), range(len(x)))]
+    if (len(x) + 1) * len(parts) < lanes.MACHINE.registers:
+        # the registers hold all points: the sums of one part run while those of another wait
+        order.sort(key=operator.itemgetter(1))
+    zero = ir.Constant(parts[0][0].type, None)
+    for part, a in order:
+        place = ir.Constant(INDEX, 8 * zero.type.count * part)
+
+        def load(begin, column, place=place):
+            at = builder.gep(builder.gep(begin, [column]), [place])
+            return builder.load(builder.bitcast(at, zero.type.as_pointer()), align=8)
+
+        depth = load(penetration, columns[a])
+        for b in (*range(a + 1, len(x)), *range(a)):
+            factor = builder.fneg(load(begins[a], columns[b]))
+            depth = _fma(builder, factor, parts[part][b], depth)
+        parts[part][a] = _larger(builder, depth, zero)
+    return cgutils.pack_array(builder, [_whole(builder, v) for v in zip(*parts, strict=True)])
+
+
+@_instruction(lanes.tile_distance, lambda tile, other: tile.dtype)
+def _tile_distance(context, builder, sig, args):
+    pairs = zip(*(cgutils.unpack_tuple(builder, tile) for tile in args), strict=True)
+    apart = [_larger(builder, builder.fsub(a, b), builder.fsub(b, a)) for a, b in pairs]
+    return functools.reduce(lambda largest, one: _larger(builder, one, largest), apart)
 
 
 def _members(builder, kind, group):

@@ -70,7 +70,7 @@ def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
     deepest = relieve(lanes, law, state)
     n_active = gauss_seidel.candidates(lanes, law, state, deepest)
     limit = v.larger(deepest, 0.0) * gauss_seidel.TOLERANCE
-    failed, sweeps = gauss_seidel.solve_many(lanes, law, state, n_active, limit, deepest > 0.0)
+    failed, sweeps = gauss_seidel.solve_many(lanes, law, state, n_active, 1, limit, deepest)
     stuck = v.select(failed, 1.0, 0.0)
     v.store(state.report, SWEEPS, v.larger(sweeps, v.load(lanes, state.report, SWEEPS)))
     v.store(state.report, UNSOLVED, v.larger(stuck, v.load(lanes, state.report, UNSOLVED)))

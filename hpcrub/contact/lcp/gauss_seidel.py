@@ -1,7 +1,8 @@
 """Projected Gauss–Seidel for the contact forces: λ ≥ 0, p − Wλ ≤ 0, λ·(p − Wλ) = 0.
 
 Sweeps over a few points keep all unknowns in registers; lanes that do not converge are solved by
-pivoting. A lane that has converged is frozen, sums run in the order of the contact points, and
+pivoting. All lanes take the first `FREE` sweeps, and then a lane that has converged keeps its
+unknowns. Sums run around the contact points, from a point's successor to its predecessor, and
 points that are active only in other lanes add exact zeros: no lane depends on another.
 """
 
@@ -16,8 +17,11 @@ from hpcrub.contact.protocols import Coupled
 ROOM = 12
 FOUR, FIVE, SIX, SEVEN, EIGHT, TWELVE = ((0,) * n for n in (4, 5, 6, 7, 8, ROOM))
 MAX_SWEEPS = 200  # sweeps before pivoting; about five are usual
+# Sweeps that no lane leaves out. Nothing waits for a question of convergence in them, and most
+# steps of the reference disk need no others.
+FREE = 5
 # A lane that once changed by so many tolerances has not converged, even if its last change is
-# small: numbers that overflow end as NaN, which changes no more.
+# small: depths that overflow stay infinite, and their change is no number.
 RUNAWAY = 1e112
 TOLERANCE = 1e-12  # tolerance of the depths x, over the deepest penetration
 
@@ -57,26 +61,28 @@ def unsettled(
 
 @compiled(inline=True, inner=True)
 def solve_few(
-    lanes: tuple, slots: tuple, law: Coupled, state: State, limit: np.ndarray, deepest: np.ndarray
+    lanes: tuple, slots: tuple, law: Coupled, state: State, limit: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Multipliers of a few active points, all in registers; see `solve`.
+    """Depths x of a few active points, all in registers; see `solve`.
 
     slots: zeros, one per place for a point, at least as many as there are active points.
-    deepest: (L,) deepest penetration [m]; lanes that do not penetrate stay as they are.
+    limit: (L,) tolerance [m].
     Returns unsettled (L,) bool, lanes that did not converge; sweeps (L,), number of sweeps.
     """
-    sweeps, change, largest = v.splat(lanes, 0.0), deepest, v.splat(lanes, 0.0)
-    rows = v.indices(slots, state.active, 0)
-    depth = v.tile_gather(lanes, state.penetration, rows)
-    x = v.tile_splat(slots, v.splat(lanes, 0.0))
-    n_rows = state.penetration.shape[0]
-    for _ in range(MAX_SWEEPS):
-        sweeps = v.select(limit < change, sweeps + 1.0, sweeps)
-        depth, x, change = v.tile_relax(law.coupling, n_rows, rows, depth, x, limit, change)
-        largest = v.larger(change, largest)
-        if not v.any_lane(limit < change):
-            break
-    v.tile_store(state.multiplier, rows, x)
+    rows, n_rows = v.indices(slots, state.active, 0), state.penetration.shape[0]
+    zero, change = v.splat(lanes, 0.0), v.splat(lanes, np.inf)
+    sweeps, largest, x = zero, zero, v.tile_splat(slots, zero)
+    for sweep in range(1, MAX_SWEEPS + 1):
+        before = x
+        x = v.tile_relax(law.coupling, n_rows, rows, state.penetration, x)
+        if sweep >= FREE:
+            changing = limit < change
+            v.tile_replace(state.multiplier, rows, changing, x)
+            change = v.select(changing, v.tile_distance(x, before), 0.0)
+            sweeps = v.select(changing, float(sweep), sweeps)
+            largest = v.larger(change, largest)
+            if not v.any_lane(limit < change):
+                break
     return unsettled(lanes, limit, change, largest), sweeps
 
 
@@ -92,46 +98,46 @@ def relax(
     n_rows, change = state.penetration.shape[0], v.splat(lanes, 0.0)
     for a in range(n_active):
         j = state.active[a]
+        depth = v.load(lanes, state.penetration, j)
+        for after in range(a + 1, a + n_active):
+            i = state.active[after - n_active if after >= n_active else after]
+            less = 0.0 - v.load(lanes, law.coupling, j * n_rows + i)
+            depth = v.fma(less, v.load(lanes, state.multiplier, i), depth)
         old = v.load(lanes, state.multiplier, j)
-        new = law.surface.follow(lanes, law.surface, j, v.load(lanes, state.depth, j))[0]
+        new = law.surface.follow(lanes, law.surface, j, depth)[0]
         new = v.select(changing, new, old)
-        less = old - new
-        moved = v.larger(new - old, less)
-        if not v.any_lane(moved > 0.0):
-            continue
-        change = v.larger(moved, change)
+        change = v.larger(v.larger(new - old, old - new), change)
         v.store(state.multiplier, j, new)
-        for b in range(n_active):
-            i = state.active[b]
-            if i != j:
-                effect = v.load(lanes, law.coupling, i * n_rows + j)
-                v.store(state.depth, i, v.fma(effect, less, v.load(lanes, state.depth, i)))
+        v.store(state.depth, j, v.select(changing, depth, v.load(lanes, state.depth, j)))
     return change
 
 
 @compiled(inner=True)
 def solve_many(
-    lanes: tuple, law: Coupled, state: State, n_active: int, limit: np.ndarray, changing: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+    lanes: tuple, law: Coupled, state: State, n_active: int, n_free: int, limit: np.ndarray,
+    deepest: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Depths x of any number of active points; on a rigid casing with the bits of `solve_few`.
 
     The surface gives the depth x that the force on a point undoes, from the depth that the other
     forces leave, which ``state.depth`` holds on return.
 
-    changing: (L,) bool, lanes to solve. Returns as `solve_few`.
+    n_free: number of sweeps of all lanes that penetrate, before lanes that converge leave.
+    deepest: (L,) deepest penetration [m]. Returns as `solve_few`.
     """
-    zero = v.splat(lanes, 0.0)
+    zero, changing = v.splat(lanes, 0.0), deepest > 0.0
     sweeps, change, largest = zero, zero, zero
     for a in range(n_active):
         i = state.active[a]
         v.store(state.depth, i, v.load(lanes, state.penetration, i))
         v.store(state.multiplier, i, zero)
-    for _ in range(MAX_SWEEPS):
+    for sweep in range(1, MAX_SWEEPS + 1):
         change = relax(lanes, law, state, n_active, changing)
-        sweeps = v.select(changing, sweeps + 1.0, sweeps)
-        changing, largest = limit < change, v.larger(change, largest)
-        if not v.any_lane(changing):
-            break
+        if sweep >= n_free:
+            sweeps = v.select(changing, float(sweep), sweeps)
+            changing, largest = limit < change, v.larger(change, largest)
+            if not v.any_lane(changing):
+                break
     return unsettled(lanes, limit, change, largest), sweeps
 
 
@@ -178,19 +184,20 @@ def solve(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray, n_activ
     """
     limit = v.larger(deepest, 0.0) * TOLERANCE
     if n_active <= len(FOUR):
-        stuck, sweeps = solve_few(lanes, FOUR, law, state, limit, deepest)
+        stuck, sweeps = solve_few(lanes, FOUR, law, state, limit)
     elif n_active <= len(FIVE):
-        stuck, sweeps = solve_few(lanes, FIVE, law, state, limit, deepest)
+        stuck, sweeps = solve_few(lanes, FIVE, law, state, limit)
     elif n_active <= len(SIX):
-        stuck, sweeps = solve_few(lanes, SIX, law, state, limit, deepest)
+        stuck, sweeps = solve_few(lanes, SIX, law, state, limit)
     elif n_active <= len(SEVEN):
-        stuck, sweeps = solve_few(lanes, SEVEN, law, state, limit, deepest)
+        stuck, sweeps = solve_few(lanes, SEVEN, law, state, limit)
     elif n_active <= len(EIGHT):
-        stuck, sweeps = solve_few(lanes, EIGHT, law, state, limit, deepest)
+        stuck, sweeps = solve_few(lanes, EIGHT, law, state, limit)
     elif n_active <= ROOM:
-        stuck, sweeps = solve_few(lanes, TWELVE, law, state, limit, deepest)
+        stuck, sweeps = solve_few(lanes, TWELVE, law, state, limit)
     else:
-        stuck, sweeps = solve_many(lanes, law, state, n_active, limit, deepest > 0.0)
+        stuck, sweeps = solve_many(lanes, law, state, n_active, FREE, limit, deepest)
+    sweeps = v.select(deepest > 0.0, sweeps, 0.0)
     v.store(state.report, SWEEPS, v.larger(sweeps, v.load(lanes, state.report, SWEEPS)))
     if v.any_lane(stuck):
         v.store(state.report, STUCK, v.select(stuck, 1.0, 0.0))
