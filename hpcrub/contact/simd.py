@@ -251,11 +251,10 @@ def _tile_store(context, builder, sig, args):
 @_instruction(lanes.tile_replace, lambda array, rows, mask, tile: types.none)
 def _tile_replace(context, builder, sig, args):
     array, rows, mask, tile = args
-    rows, members = (cgutils.unpack_tuple(builder, values) for values in (rows, tile))
-    for row, member in zip(rows, members, strict=True):
+    for row, member in zip(*(cgutils.unpack_tuple(builder, t) for t in (rows, tile)), strict=True):
         old = _load_row(context, builder, sig.args[0], array, row, member.type.count)
-        kept = builder.select(mask, member, _frozen(builder, old))
-        _store_row(context, builder, sig.args[0], array, row, kept)
+        member = builder.select(mask, member, _frozen(builder, old))
+        _store_row(context, builder, sig.args[0], array, row, member)
     return context.get_dummy_value()
 
 
@@ -284,20 +283,16 @@ def _tile_add(context, builder, sig, args):
 def _parts(builder, vector):
     """The registers of this machine that hold a vector."""
     width = min(lanes.MACHINE.vector, vector.type.count)
-    return [
-        builder.shuffle_vector(vector, vector, _places(range(first, first + width)))
-        for first in range(0, vector.type.count, width)
-    ]
+    firsts = range(0, vector.type.count, width)
+    return [builder.shuffle_vector(vector, vector, _places(range(i, i + width))) for i in firsts]
 
 
 def _whole(builder, parts):
     """The vector that some registers hold."""
     while len(parts) > 1:
         together = _places(range(2 * parts[0].type.count))
-        parts = [
-            builder.shuffle_vector(a, b, together)
-            for a, b in zip(parts[::2], parts[1::2], strict=True)
-        ]
+        pairs = zip(parts[::2], parts[1::2], strict=True)
+        parts = [builder.shuffle_vector(a, b, together) for a, b in pairs]
     return parts[0]
 
 
@@ -333,8 +328,7 @@ def _tile_relax(context, builder, sig, args):
 
         depth = load(penetration, columns[a])
         for b in (*range(a + 1, len(x)), *range(a)):
-            factor = builder.fneg(load(begins[a], columns[b]))
-            depth = _fma(builder, factor, parts[part][b], depth)
+            depth = _fma(builder, builder.fneg(load(begins[a], columns[b])), parts[part][b], depth)
         parts[part][a] = _larger(builder, depth, zero)
     return cgutils.pack_array(builder, [_whole(builder, v) for v in zip(*parts, strict=True)])
 
@@ -386,10 +380,8 @@ def _tile_advance(context, builder, sig, args):
 
 @_instruction(lanes.tile_largest, lambda tile: tile.dtype)
 def _tile_largest(context, builder, sig, args):
-    result, *others = cgutils.unpack_tuple(builder, args[0])
-    for member in others:
-        result = _larger(builder, member, result)
-    return result
+    members = cgutils.unpack_tuple(builder, args[0])
+    return functools.reduce(lambda largest, one: _larger(builder, one, largest), members)
 
 
 @_instruction(lanes.consecutive, lambda tile, first: types.UniTuple(types.intp, len(tile)))
