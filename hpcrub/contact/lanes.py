@@ -169,13 +169,13 @@ def tile_relax(
 
     A sum begins after its own point and ends with the point before, which is the last to be known.
     """
-    x = list(x)
+    new = list(x)
     for a, row in enumerate(rows):
         depth = penetration[row]
-        for b in (*range(a + 1, len(x)), *range(a)):
-            depth = depth - coupling[row * n_rows + rows[b]] * x[b]
-        x[a] = larger(depth, 0.0)
-    return tuple(x)
+        for b in (*range(a + 1, len(new)), *range(a)):
+            depth = depth - coupling[row * n_rows + rows[b]] * new[b]
+        new[a] = larger(depth, 0.0)
+    return tuple(new)
 
 
 def tile_distance(tile: tuple, other: tuple) -> np.ndarray:
