@@ -10,13 +10,17 @@ import itertools
 import numpy as np
 import pytest
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact import status
+from hpcrub.contact.bank import allocate
+from hpcrub.contact.jit import compiled
 from hpcrub.contact.lcp.gauss_seidel import MAX_SWEEPS
 from hpcrub.contact.lcp.pivoting import flaw, is_p_matrix, solve_by_pivoting
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
+from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
@@ -129,6 +133,34 @@ def test_forces_are_found_where_gauss_seidel_runs_in_circles():
     np.testing.assert_allclose(result.amplitude, alone.amplitude, rtol=1e-6)
     by_itself = run_sweep(modes, scene, speeds[:1], width=16)
     assert by_itself.amplitude[0] == run_sweep(modes, scene, speeds[:1], width=8).amplitude[0]
+
+
+@compiled
+def press(lanes, law, state, deepest):
+    """Contact forces of all lanes at the penetrations of a state (state is modified)."""
+    law.surface.press(lanes, law, state, v.load(lanes, deepest, 0))
+
+
+def test_a_lane_has_the_same_bits_beside_one_with_more_points_than_registers_hold():
+    """Few points are solved in registers and many in memory; both forces fulfil p − Wλ = 0."""
+    n = 16
+    rng = np.random.default_rng(1)
+    W = np.eye(n) + rng.uniform(-0.06, 0.06, (n, n))
+    modes, scene = masses(W)
+    bank = allocate(modes, scene, cut_revolution(12.0, scene), 4, np.full(4, 12.0))
+    found = {}
+    for name, beside in (("few", -1.0), ("many", 1e-3)):
+        depth = np.full((n, 4), -1.0)
+        depth[3:8, 0] = 1e-3 * np.array([1.0, 0.2, 0.7, 0.01, 0.4])
+        depth[:, 1] = beside
+        bank.state.penetration[:n], bank.state.penetration[n:-1] = depth, -1.0
+        press((0,) * 4, bank.law, bank.state, v.aligned(depth.max(axis=0, keepdims=True)))
+        found[name] = bank.state.multiplier[:n].copy()
+    np.testing.assert_array_equal(found["few"][:, 0], found["many"][:, 0])
+    assert (found["many"][:, 1] > 0.0).all()
+    law, all_points = bank.law, found["many"][:, 1] / bank.law.stiffness[:n, 1]
+    coupling = law.coupling[:, 1].reshape([bank.state.penetration.shape[0]] * 2)[:n, :n]
+    np.testing.assert_allclose(all_points + coupling @ all_points, 1e-3, rtol=1e-11)
 
 
 @pytest.mark.parametrize(
