@@ -158,9 +158,9 @@ def test_a_lane_has_the_same_bits_beside_one_with_more_points_than_registers_hol
         found[name] = bank.state.multiplier[:n].copy()
     np.testing.assert_array_equal(found["few"][:, 0], found["many"][:, 0])
     assert (found["many"][:, 1] > 0.0).all()
-    law, all_points = bank.law, found["many"][:, 1] / bank.law.stiffness[:n, 1]
-    coupling = law.coupling[:, 1].reshape([bank.state.penetration.shape[0]] * 2)[:n, :n]
-    np.testing.assert_allclose(all_points + coupling @ all_points, 1e-3, rtol=1e-11)
+    x, n_rows = found["many"][:, 1] / bank.law.stiffness[:n, 1], len(bank.state.penetration)
+    coupling = bank.law.coupling[:, 1].reshape(n_rows, n_rows)[:n, :n]
+    np.testing.assert_allclose(x + coupling @ x, 1e-3, rtol=1e-11)
 
 
 @pytest.mark.parametrize(
