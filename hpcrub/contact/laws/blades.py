@@ -42,7 +42,7 @@ def list_near(lanes: tuple, state: State, law: SolidArrays, threshold: np.ndarra
             for place in places:
                 i = law.points[place]
                 depth = v.load(lanes, state.penetration, i)
-                depth = law.surface.near(lanes, law.surface, i, law.stiffness, depth)
+                depth = law.surface.near(lanes, law.surface, i, depth)
                 deepest = v.larger(depth, deepest)
             v.store(law.deepest, blade, deepest)
             if v.any_lane(threshold < deepest):

@@ -23,7 +23,7 @@ def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
     """
     last, zero = state.penetration.shape[0] - 1, v.splat(lanes, 0.0)
     for j in range(last):
-        less = 0.0 - law.surface.near(lanes, law.surface, j, law.stiffness, zero)
+        less = 0.0 - law.surface.near(lanes, law.surface, j, zero)
         v.store(state.multiplier, j, zero)
         if v.any_lane(less < 0.0):
             for i in range(last):
@@ -64,7 +64,7 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
 @compiled(inner=True)
 def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
     """Contact forces of a step (state, law are modified); see `protocols.Law.forces`."""
-    deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
+    deepest = law.surface.meet(lanes, law.surface, state, deepest)
     if not v.any_lane(deepest > 0.0):
         return 0
     deepest = relieve(lanes, law, state)

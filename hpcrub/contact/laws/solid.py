@@ -78,7 +78,7 @@ class Solid(SurfaceLaw, SolidArrays):
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
         """Contact forces of a step (bank is modified); see `protocols.Law`."""
         state, law = bank.state, bank.law
-        deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
+        deepest = law.surface.meet(lanes, law.surface, state, deepest)
         if not v.any_lane(deepest > 0.0):
             return 0
         n_active = solve_blades(lanes, state, law, deepest)

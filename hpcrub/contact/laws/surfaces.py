@@ -42,18 +42,19 @@ BEFORE, BEYOND, START = range(3)  # rows of `Coated.bars`: k₁, k₂ and c₀
 LINES = 4  # lines of a point: bar before yield, beyond yield, casing behind, bar used up
 WEIGHTS = 3  # number of weights of a point: a, b and c
 LATEST, EARLIER = range(2)  # steps whose forces a point remembers
-LEAST = 0.25  # smallest weight a, on a soft surface
 
 
 class CoatedArrays(NamedTuple):
     """Z strips of S bars before C contact points (padded), with the casing behind, in L lanes."""
 
+    compliance: np.ndarray  # W of every point (C, L) [m/N] (modified)
     gain: np.ndarray  # γ (4·C, L) [m/N]; 1 for a rigid casing behind (modified)
     lag: np.ndarray  # d/h of the casing (1, L) [N/m]
     worn: np.ndarray  # worn depth of every bar, strip by strip (Z·S, L) [m] (modified)
     reached: np.ndarray  # penetration of the new coating after a step (C, L) [m] (modified)
     last: np.ndarray  # penetration of the casing in the step before (C, L) [m] (modified)
     weights: np.ndarray  # a, b and c (3·C, L) [-]
+    unweighted: np.ndarray  # 1/a (C, L) [-]
     remembered: np.ndarray  # N of the last two steps (2·C, L) [N] (modified)
     earlier: np.ndarray  # b N_n + c N_{n−1} in the coming force (C, L) [N] (modified)
     filled: np.ndarray  # clock at which a lane was filled (1, L) [steps] (modified)
@@ -72,10 +73,10 @@ class CoatedArrays(NamedTuple):
 
 
 @compiled(inline=True, inner=True)
-def relief(lanes: tuple, surface: CoatedArrays, j: int, stiffness: np.ndarray) -> np.ndarray:
-    """Depth (L,) [m] that earlier forces on a point undo; stiffness: 1/W_jj (C, L) [N/m]."""
+def relief(lanes: tuple, surface: CoatedArrays, j: int) -> np.ndarray:
+    """Depth (L,) [m] that earlier forces on a point undo."""
     earlier = v.load(lanes, surface.earlier, j)
-    return v.select(earlier > 0.0, earlier * v.inverse(v.load(lanes, stiffness, j)), 0.0)
+    return v.larger(earlier, 0.0) * v.load(lanes, surface.compliance, j)
 
 
 @compiled(inline=True, inner=True)
@@ -88,6 +89,7 @@ def held(lanes: tuple, surface: CoatedArrays, j: int, worn: np.ndarray) -> np.nd
 
 def find_gains(lanes: tuple, surface: CoatedArrays, j: int, compliance: np.ndarray) -> None:
     """Set the gains γ of a point's lines from its compliance W (L,) [m/N] (surface, modified)."""
+    v.store(surface.compliance, j, compliance)
     compliance = compliance * v.load(lanes, surface.weights, WEIGHTS * j)
     for row, slope in ((0, surface.bars[BEFORE, j]), (1, surface.bars[BEYOND, j])):
         gain = compliance * v.inverse(v.fma(compliance, slope, 1.0))
@@ -114,7 +116,8 @@ class Coated(CoatedArrays):
     def per_lane() -> tuple[str, ...]:
         """Names of arrays whose last axis is the lanes."""
         return (
-            "gain", "lag", "worn", "reached", "last", "weights", "remembered", "earlier", "filled",
+            "compliance", "gain", "lag", "worn", "reached", "last", "weights", "unweighted",
+            "remembered", "earlier", "filled",
         )  # fmt: skip
 
     @classmethod
@@ -132,9 +135,10 @@ class Coated(CoatedArrays):
             )
         return cls(
             **v.lane_arrays(
-                width, gain=LINES * n_points, lag=1, worn=(strip.max() + 1) * n_steps,
-                reached=n_points, last=n_points, weights=WEIGHTS * n_points,
-                remembered=2 * n_points, earlier=n_points, filled=1,
+                width, compliance=n_points, gain=LINES * n_points, lag=1,
+                worn=(strip.max() + 1) * n_steps, reached=n_points, last=n_points,
+                weights=WEIGHTS * n_points, unweighted=n_points, remembered=2 * n_points,
+                earlier=n_points, filled=1,
             ),
             clock=np.array([0, -1, -2]),
             strip=strip,
@@ -160,6 +164,7 @@ class Coated(CoatedArrays):
         stiffness = self.bars[BEFORE, :n] + self.carried * self.stiffness + lag
         for row, weight in enumerate(newmark(np.abs(compliance) @ stiffness)):
             self.weights[row : WEIGHTS * n : WEIGHTS, lane] = weight
+        self.unweighted[:n, lane] = 1.0 / self.weights[: WEIGHTS * n : WEIGHTS, lane]
 
     def worn_depth(self, lane: int) -> np.ndarray:
         """Worn depths around the casing (Z, S) [m], bar e at the angle 2πe/S of the casing."""
@@ -201,12 +206,10 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inner=True)
-    def meet(
-        lanes: tuple, surface: "Coated", state: State, stiffness: np.ndarray, deepest: np.ndarray
-    ) -> np.ndarray:
+    def meet(lanes: tuple, surface: "Coated", state: State, deepest: np.ndarray) -> np.ndarray:
         """Find the bars under the points, penetrations of the worn bars, and forces that go on.
 
-        stiffness: 1/W_jj (C, L) [N/m]. Modifies surface and state.
+        Modifies surface and state.
         Returns the deepest penetration, or the depth that earlier forces undo (L,) [m].
         """
         follows, now = surface.clock[1] == surface.clock[0] - 1, surface.clock[0] % surface.n_steps
@@ -230,16 +233,14 @@ class Coated(CoatedArrays):
             v.store(surface.earlier, i, earlier)
             v.store(surface.remembered, 2 * i + EARLIER, latest)
             v.store(surface.remembered, 2 * i + LATEST, zero)
-            deepest = v.larger(v.larger(p, relief(lanes, surface, i, stiffness)), deepest)
+            deepest = v.larger(v.larger(p, relief(lanes, surface, i)), deepest)
         return deepest
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def near(
-        lanes: tuple, surface: "Coated", j: int, stiffness: np.ndarray, depth: np.ndarray
-    ) -> np.ndarray:
+    def near(lanes: tuple, surface: "Coated", j: int, depth: np.ndarray) -> np.ndarray:
         """Larger of the penetration of a point and the depth that earlier forces undo (L,) [m]."""
-        return v.larger(depth, relief(lanes, surface, j, stiffness))
+        return v.larger(depth, relief(lanes, surface, j))
 
     @staticmethod
     @compiled(inner=True)
@@ -254,7 +255,7 @@ class Coated(CoatedArrays):
         n_rows = state.penetration.shape[0]
         for b in range(n):
             j = state.active[b]
-            less = 0.0 - relief(lanes, surface, j, law.stiffness)
+            less = 0.0 - relief(lanes, surface, j)
             if v.any_lane(less < 0.0):
                 for a in range(start, end):
                     effect = v.load(lanes, law.coupling, b * n_rows + a)
@@ -270,8 +271,7 @@ class Coated(CoatedArrays):
     @compiled(inner=True)
     def keep(lanes: tuple, surface: "Coated", j: int, pushed: np.ndarray) -> None:
         """Remember the force N on a point; pushed: a N (L,) [N] (surface is modified)."""
-        share = v.larger(v.load(lanes, surface.weights, WEIGHTS * j), LEAST)
-        new = pushed * v.inverse(share)
+        new = pushed * v.load(lanes, surface.unweighted, j)
         if surface.carried == 0.0:  # a rigid casing pushes in its own step only
             most = held(lanes, surface, j, v.load(lanes, surface.worn, surface.bar[j]))
             new = v.select(most < new, most, new)
