@@ -13,11 +13,11 @@ import pytest
 
 from evidence.truth.bars import Mass
 from evidence.truth.disk import reference_reduced, reference_scene
-from evidence.truth.motion import spatial
+from evidence.truth.motion import recorded, spatial
 from evidence.validation import coating
 from evidence.validation.coating import GAP, HARD, LAWS, MILD, SOFT, SPEED, SPRING, WALLS
 from evidence.validation.report import fitted_order
-from hpcrub.contact.bank import allocate, fill_lane
+from hpcrub.contact.bank import allocate, fill_lane, motion, set_motion
 from hpcrub.contact.integrate import run
 from hpcrub.contact.recurrence import newmark
 from hpcrub.model.casing import ramp
@@ -46,6 +46,27 @@ def test_one_mass_in_three_dimensions_moves_alike(name):
     assert np.abs(same - place).max() < 1e-12 * place.max()
     assert np.abs(as_large - force).max() < 1e-9 * force.max()
     assert abs(solid.law.surface.worn[0, 0] - bank.law.surface.worn[0, 0]) < 1e-15
+
+
+@pytest.mark.parametrize("kind", [{}, {"kind": spatial}], ids=["planar", "spatial"])
+def test_a_motion_goes_on_from_any_step_of_a_contact(kind):
+    """From its memory it has the forces of the motion as a whole, the last of a rebound, too."""
+    h, n_steps = 2e-5, 45
+
+    def at_start():
+        return coating.ready(coating.MASS, SPEED, h, elastic_casing=SPRING, **kind)[0]
+
+    def forces(bank, n):
+        return np.concatenate([steps.force[:, 0, 0] for steps in recorded(bank, n)])
+
+    whole = forces(at_start(), n_steps)
+    assert 20 < np.count_nonzero(whole) < n_steps - 5
+    for cut in range(1, n_steps):
+        stopped, goes_on = at_start(), at_start()
+        forces(stopped, cut)
+        set_motion(goes_on, 0, *motion(stopped, 0))
+        found = forces(goes_on, n_steps - cut)
+        assert np.abs(found - whole[cut:]).max() < 1e-12 * whole.max(), cut
 
 
 @pytest.mark.parametrize("name", WALLS)

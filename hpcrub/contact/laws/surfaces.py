@@ -165,6 +165,8 @@ class Coated(CoatedArrays):
         for row, weight in enumerate(newmark(np.abs(compliance) @ stiffness)):
             self.weights[row : WEIGHTS * n : WEIGHTS, lane] = weight
         self.unweighted[:n, lane] = 1.0 / self.weights[: WEIGHTS * n : WEIGHTS, lane]
+        # what `relief` needs in the first step, if earlier forces go on
+        self.compliance[:n, lane] = np.diag(compliance)
 
     def worn_depth(self, lane: int) -> np.ndarray:
         """Worn depths around the casing (Z, S) [m], bar e at the angle 2πe/S of the casing."""
