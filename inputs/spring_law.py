@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import aligned_zeros, any_lane, larger, load, store
+from hpcrub.contact.lanes import any_lane, larger, load, store
 from hpcrub.contact.passes import predict
 from hpcrub.contact.tables import columns
 
@@ -51,7 +51,7 @@ class Spring(NamedTuple):
     @classmethod
     def allocate(cls, modes, scene, grid, width):
         """No springs yet."""
-        return cls(stiffness=aligned_zeros((columns(modes.normal).shape[1], width)))
+        return cls(stiffness=np.zeros((columns(modes.normal).shape[1], width)))
 
     @classmethod
     def loads(cls, modes, scene):

@@ -15,7 +15,6 @@ from evidence.truth.energy import audit
 from hpcrub.contact import status
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
-from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.observers import Record
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.response import history
@@ -165,7 +164,7 @@ def stepwise(modes, scene, speeds, result):
     run(bank, 1)
     table = bank.scheme.bump
     shown = scene.casing.table(scene.interface.angle, grid.steps_per_revolution, len(table))
-    row, radial = aligned_zeros((1, table.shape[1])), bank.scheme.normal[:, : shown.shape[1]].T
+    row, radial = np.zeros((1, table.shape[1])), bank.scheme.normal[:, : shown.shape[1]].T
     one = bank._replace(scheme=bank.scheme._replace(bump=row))
     worst, contacts, faults = 0.0, 0, set()
     # steps that end a little after a bump has passed a blade

@@ -4,12 +4,12 @@ Shapes: K modes, L lanes, C contact points and O observed displacements, both pa
 `lanes.TILE`, F multipliers. Every contact law has its arrays in a class of its own, under `laws`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.contact.lanes import aligned
+LINE = 64  # bytes of a cache line
 
 
 class Scheme(NamedTuple):
@@ -79,7 +79,7 @@ class Bank(NamedTuple):
 
     def take(self, lanes: Sequence[int]) -> "Bank":
         """Bank with copies of some of the lanes."""
-        return Bank(*(take_lanes(group, lanes) for group in self))
+        return together(Bank(*(take_lanes(group, lanes) for group in self)))
 
 
 def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
@@ -93,8 +93,41 @@ def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
         if isinstance(member, tuple):
             taken[name] = take_lanes(member, lanes)
         elif member is not None:
-            taken[name] = aligned(member.take(lanes, -1))
+            taken[name] = member.take(lanes, -1)
     return group._replace(**taken)
+
+
+def together(group: Any) -> Any:
+    """Copy of a tuple of arrays, of tuples of arrays and of numbers, in one piece of memory.
+
+    Every array begins with a cache line, so that no vector straddles two. When every array lay by
+    itself, one process in twenty took 1.2 to 1.9 times as long for its whole life, by the addresses
+    that it had got (Zen 4).
+    """
+    places = np.cumsum([0, *(-(-array.nbytes // LINE) * LINE for array in _arrays(group))])
+    memory = np.zeros(places[-1] + LINE, dtype=np.uint8)
+    place = iter(places + -memory.ctypes.data % LINE)
+
+    def copied(member):
+        if isinstance(member, tuple):
+            return getattr(type(member), "_make", tuple)(map(copied, member))
+        if not isinstance(member, np.ndarray):
+            return member
+        strides = np.empty_like(member).strides
+        copy = np.ndarray(member.shape, member.dtype, memory, next(place), strides)
+        copy[...] = member
+        return copy
+
+    return copied(group)
+
+
+def _arrays(group: Any) -> Iterator[np.ndarray]:
+    """All arrays of a tuple, in order."""
+    for member in group:
+        if isinstance(member, tuple):
+            yield from _arrays(member)
+        elif isinstance(member, np.ndarray):
+            yield member
 
 
 def clear_lane(group: Any, lane: int) -> None:

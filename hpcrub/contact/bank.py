@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane
-from hpcrub.contact.lanes import TILE, aligned, aligned_zeros, lane_arrays
+from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane, together
+from hpcrub.contact.lanes import TILE, lane_arrays
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.laws.solid import Solid
 from hpcrub.contact.lcp.gauss_seidel import ROOM
@@ -32,7 +32,7 @@ def allocate(
     law = scene.law or (Solid if len(modes.axial) else Planar)
     scheme = _allocate_scheme(modes, scene, grid, width, law)
     state = _allocate_state(scheme, width, len(modes.axial) > 0)
-    bank = Bank(scheme, state, law.allocate(modes.joined, scene, grid, width))
+    bank = together(Bank(scheme, state, law.allocate(modes.joined, scene, grid, width)))
     for lane, speed in enumerate(speeds_hz):
         h = 1.0 / (speed * grid.steps_per_revolution)
         fill_lane(bank, lane, modes.at(speed), scene.at(speed), h)
@@ -49,21 +49,21 @@ def _allocate_scheme(modes, scene, grid, width, law):
     # tiles of modes may begin anywhere; rows whole KiB apart would share few places of a cache
     room = TILE if (n_modes + TILE) % KIB else TILE + 8
     load = np.pad(law.loads(rows, scene).T, ((0, 1), (0, room)))
-    observed = aligned(columns(rows.observed))
+    observed = columns(rows.observed)
     return Scheme(
-        normal=aligned(normal),
+        normal=normal,
         observed=observed,
-        stress=aligned(vectors(rows.stress[: len(rows.stress) * scene.observes_stress])),
-        load=aligned(load),
-        decay=aligned_zeros((n_modes, width)),
-        gain=aligned_zeros((n_modes, width)),
-        squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else rows.omega**2,
+        stress=vectors(rows.stress[: len(rows.stress) * scene.observes_stress]),
+        load=load,
+        decay=np.zeros((n_modes, width)),
+        gain=np.zeros((n_modes, width)),
+        squared=np.zeros((n_modes, width)) if len(modes.stiffening) else rows.omega**2,
         # the three forces of a point in three dimensions would take longer than the corrector
-        moved=aligned_zeros((0 if len(modes.axial) else len(load) * observed.shape[1], width)),
-        clearance=aligned(np.full((1, width), scene.clearance)),
-        own=aligned(own),
+        moved=np.zeros((0 if len(modes.axial) else len(load) * observed.shape[1], width)),
+        clearance=np.full((1, width), scene.clearance),
+        own=own,
         step=np.zeros(width),
-        bump=aligned(columns(bump.T)),
+        bump=columns(bump.T),
         external=_engine_order_forces(modes, scene, grid),
         turn=_turns(modes, grid, width),
         casing=2 * len(pairs.omega),
@@ -76,7 +76,7 @@ def _turns(modes, grid, width):
     angle = modes.pairs.n_waves * (2.0 * np.pi / grid.steps_per_revolution)
     of_casing = np.stack([np.cos(angle), np.sin(angle)], axis=-1).ravel()
     n_turned = modes.n_rows - len(modes.real)
-    turn = aligned_zeros((n_turned, width))
+    turn = np.zeros((n_turned, width))
     turn[n_turned - len(of_casing) :] = of_casing[:, None]
     return turn
 
@@ -90,7 +90,7 @@ def _engine_order_forces(modes, scene, grid):
     load = scene.load * interface.share
     force = load * np.cos(scene.load_order * (interface.angle + turned[:, None]))
     disk_alone = ((0, 0), (0, 2 * len(modes.pairs.omega)))
-    return aligned(np.pad(force @ modes.in_air.forces[0], disk_alone))
+    return np.pad(force @ modes.in_air.forces[0], disk_alone)
 
 
 def _allocate_state(scheme, width, turns):
@@ -101,7 +101,7 @@ def _allocate_state(scheme, width, turns):
             width, position=n_modes, increment=n_modes, penetration=n_points + 1,
             multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
         ),
-        before=aligned_zeros((n_modes, width)) if turns else None,
+        before=np.zeros((n_modes, width)) if turns else None,
         active=np.full(n_forces + ROOM, n_forces - 1),
         n_steps=np.zeros(width, dtype=np.int64),
     )  # fmt: skip

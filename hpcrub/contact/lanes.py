@@ -28,24 +28,9 @@ TIPS, PAIR, ONE = (0,) * TILE, (0,) * 2, (0,)  # tiles of different sizes
 PLACES = (0,) * 8  # width of a vector that holds eight stresses of one lane
 
 
-def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
-    """Array of zeros on a cache-line boundary, so that no vector load straddles two lines."""
-    n_bytes = int(np.prod(shape)) * 8
-    raw = np.zeros(n_bytes + 64, dtype=np.uint8)
-    start = -raw.ctypes.data % 64
-    return raw[start : start + n_bytes].view(np.float64).reshape(shape)
-
-
 def lane_arrays(width: int, **rows: int) -> dict[str, np.ndarray]:
     """Dictionary of lane arrays of zeros; rows: the number of rows of each, by name."""
-    return {name: aligned_zeros((n, width)) for name, n in rows.items()}
-
-
-def aligned(values: np.ndarray) -> np.ndarray:
-    """Copy of an array on a cache-line boundary."""
-    array = aligned_zeros(values.shape).astype(values.dtype, copy=False)
-    array[...] = values
-    return array
+    return {name: np.zeros((n, width)) for name, n in rows.items()}
 
 
 def splat(lanes: tuple, x: float) -> np.ndarray:

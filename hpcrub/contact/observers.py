@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import Bank
+from hpcrub.contact.arrays import Bank, together
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import PLACES, TILE, TIPS
 from hpcrub.contact.passes import correct, project
@@ -173,18 +173,19 @@ class Record(NamedTuple):
         """Record with an empty ring of n_blocks blocks of a bank."""
         n_records = len(bank.scheme.bump) // stride
         n_observed = bank.scheme.observed.shape[1]
-        return cls(
-            history=v.aligned_zeros((n_blocks * n_records * n_observed, bank.width)),
-            peak=v.aligned_zeros((n_blocks * n_observed, bank.width)),
+        record = cls(
+            history=np.zeros((n_blocks * n_records * n_observed, bank.width)),
+            peak=np.zeros((n_blocks * n_observed, bank.width)),
             watched=NO_LANES,
-            work=v.aligned_zeros((1, len(PLACES))),
-            stress=v.aligned_zeros((1, bank.width)),
-            stress_peak=v.aligned_zeros((1, bank.width)),
-            casing=v.aligned_zeros((n_blocks * n_records * bank.scheme.casing, bank.width)),
+            work=np.zeros((1, len(PLACES))),
+            stress=np.zeros((1, bank.width)),
+            stress_peak=np.zeros((1, bank.width)),
+            casing=np.zeros((n_blocks * n_records * bank.scheme.casing, bank.width)),
             begin=0,
             stride=stride,
             look=look,
         )
+        return together(record)
 
 
 _NO = np.zeros((0, 1))

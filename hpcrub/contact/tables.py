@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from hpcrub.contact.lanes import PLACES, TILE, aligned
+from hpcrub.contact.lanes import PLACES, TILE
 
 
 def columns(rows: np.ndarray) -> np.ndarray:
@@ -16,11 +16,6 @@ def vectors(rows: np.ndarray) -> np.ndarray:
     """Rows (n, K) as vectors (…, 8), a multiple of three for each mode; K is padded to even."""
     padded = np.pad(rows.T, ((0, rows.shape[1] % 2), (0, -len(rows) % (3 * len(PLACES)))))
     return padded.reshape(-1, len(PLACES))
-
-
-def by_columns(table: np.ndarray) -> np.ndarray:
-    """Copy in column-major order, for a reader that takes a few of many columns."""
-    return aligned(table.T).T
 
 
 def delassus(motion: np.ndarray, load: np.ndarray, gain: np.ndarray) -> np.ndarray:

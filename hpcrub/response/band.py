@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.contact import bank, integrate, status
-from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes
+from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes, together
 from hpcrub.contact.observers import Record, strokes
 from hpcrub.contact.status import DIVERGED
 from hpcrub.model.reduction import Modes
@@ -161,7 +161,7 @@ class Band:
             return
         idle = [lane for lane, course in enumerate(self.lanes) if course is None]
         kept = (running + idle)[:fewest]
-        self.bank, self.record = self.bank.take(kept), take_lanes(self.record, kept)
+        self.bank, self.record = self.bank.take(kept), together(take_lanes(self.record, kept))
         self.lanes = [self.lanes[lane] for lane in kept]
 
     def _follow(self, now, until):

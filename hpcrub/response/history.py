@@ -17,7 +17,6 @@ from hpcrub.contact.bank import allocate, set_motion
 from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.observers import record_displacements
 from hpcrub.contact.passes import correct
 from hpcrub.contact.status import NOT_STEADY
@@ -207,7 +206,7 @@ def _piece(bank, modes, scene, grid, n_speeds):
     n_records, width = grid.steps_per_block // grid.stride, len(LANES)
     n_observed, n_columns = len(modes.observed), bank.scheme.observed.shape[1]
     position = np.empty((n_records, len(bank.state.position), width))
-    observed, peak = (aligned_zeros((n * n_columns, width)) for n in (n_records, 1))
+    observed, peak = (np.zeros((n * n_columns, width)) for n in (n_records, 1))
     force = np.zeros((n_records, len(bank.state.multiplier), width))
     started = bank.state.n_steps[:n_speeds].copy()
     run(bank, 1, Trace(position, observed, peak, force, grid.stride, grid.look))

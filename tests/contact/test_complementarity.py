@@ -154,7 +154,7 @@ def test_a_lane_has_the_same_bits_beside_one_with_more_points_than_registers_hol
         depth[3:8, 0] = 1e-3 * np.array([1.0, 0.2, 0.7, 0.01, 0.4])
         depth[:, 1] = beside
         bank.state.penetration[:n], bank.state.penetration[n:-1] = depth, -1.0
-        press((0,) * 4, bank.law, bank.state, v.aligned(depth.max(axis=0, keepdims=True)))
+        press((0,) * 4, bank.law, bank.state, depth.max(axis=0, keepdims=True))
         found[name] = bank.state.multiplier[:n].copy()
     np.testing.assert_array_equal(found["few"][:, 0], found["many"][:, 0])
     assert (found["many"][:, 1] > 0.0).all()

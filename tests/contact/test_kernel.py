@@ -20,7 +20,6 @@ from evidence.truth.disk import make_disk, reference_reduced, reference_scene
 from hpcrub.contact import recurrence
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
-from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.observers import Record, strokes
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
@@ -146,7 +145,7 @@ def plain_python(expression, module, folder):
 def step_by_step(bank, scene, n_steps, width):
     """Corrected states after each of the first steps, as (penetration, λ) of the real points."""
     table = bank.scheme.bump.copy()
-    bump = aligned_zeros((1, table.shape[1]))
+    bump = np.zeros((1, table.shape[1]))
     one = bank.scheme._replace(bump=bump)
     for step in range(n_steps):
         bump[0] = table[step]

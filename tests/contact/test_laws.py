@@ -18,7 +18,6 @@ import pytest
 from evidence.validation.report import SCHEMES, fitted_order
 from hpcrub.config.schema import Config
 from hpcrub.contact import jit
-from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.laws.hard import Hard
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.status import STEADY
@@ -111,7 +110,7 @@ def test_no_folder_for_compiled_code_is_no_error(tmp_path, monkeypatch):
 
 def test_the_key_of_compiled_code_holds_the_source_of_a_law_from_elsewhere():
     """Else a law that was changed would go on as it was."""
-    own, arrays = Spring(aligned_zeros((12, 8))), [aligned_zeros((12, 8))] * 3
+    own, arrays = Spring(np.zeros((12, 8))), [np.zeros((12, 8))] * 3
     rigid = Planar(*arrays, Hard())
     (spring, nothing) = (jit._foreign_sources((numba.typeof(law),)) for law in (own, rigid))
     source = (ROOT / "inputs/spring_law.py").read_text(encoding="utf-8")
@@ -123,7 +122,7 @@ def test_the_same_law_by_another_name_has_compiled_code_of_its_own():
     """A study loads it by a name that another program cannot import (`ModuleNotFoundError`)."""
     config = Config.from_yaml(f"contact: {{own_law: '{ROOT}/inputs/spring_law.py:Spring'}}")
     loaded = law_of(config)
-    keys = [jit._foreign_sources((numba.typeof(kind(aligned_zeros((12, 8)))),))
+    keys = [jit._foreign_sources((numba.typeof(kind(np.zeros((12, 8)))),))
             for kind in (Spring, loaded)]  # fmt: skip
     assert loaded is not Spring
     assert keys[0].isdisjoint(keys[1])

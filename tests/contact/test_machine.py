@@ -9,7 +9,9 @@ import sys
 import numpy as np
 import pytest
 
+from evidence.truth.motion import spatial
 from evidence.validation.casing import STEEL
+from evidence.validation.coating import HARD, MASS, ready
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, Shape, first_level_cache, shape_for
@@ -45,6 +47,24 @@ def test_the_cache_is_that_which_the_c_library_tells():
     if told == 0:
         pytest.skip("the C library does not tell the cache of this processor")
     assert first_level_cache() == told
+
+
+def test_arrays_of_a_bank_lie_one_after_the_other_on_cache_lines():
+    """Also those of the surface within its law, and of a bank with fewer lanes."""
+    bank, _ = ready(MASS, 1.0, 1e-5, kind=spatial, coating=HARD)
+    bank.law.surface.weights[:] = np.arange(bank.width)
+    narrow = bank.take([5, 2])
+    np.testing.assert_array_equal(narrow.law.surface.weights[0], [5.0, 2.0])
+    np.testing.assert_array_equal(narrow.scheme.normal, bank.scheme.normal)
+    assert narrow.law.axial.flags.f_contiguous
+    for one in (bank, narrow):
+        places = np.array(sorted(
+            (array.ctypes.data, array.nbytes) for group in (*one, one.law.work, one.law.surface)
+            for array in group if isinstance(array, np.ndarray)
+        ))  # fmt: skip
+        lines, rest = np.divmod(places[:, 0], 64)
+        assert (rest == 0).all()
+        np.testing.assert_array_equal(np.diff(lines), -(-places[:-1, 1] // 64))
 
 
 @pytest.mark.parametrize("registers", [8, 16, 32])

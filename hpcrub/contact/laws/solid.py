@@ -17,7 +17,7 @@ from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
 from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
-from hpcrub.contact.tables import by_columns, columns, delassus, spread
+from hpcrub.contact.tables import columns, delassus, spread
 from hpcrub.model.reduction import Modes
 
 GROUP = 48  # largest number of contact points in a group of neighbouring blades
@@ -115,8 +115,8 @@ class Solid(SurfaceLaw, SolidArrays):
             starts=starts,
             way=way,
             friction=scene.friction,
-            tangential=by_columns(columns(modes.tangential)),
-            axial=by_columns(axial),
+            tangential=np.asfortranarray(columns(modes.tangential)),
+            axial=np.asfortranarray(axial),
             groups=np.zeros(len(starts), dtype=np.int64),
             turned=np.zeros(n_points, dtype=np.int64),
             work=Work.allocate(n_points, np.diff(first[starts]).max(), width),
