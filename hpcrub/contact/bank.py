@@ -48,7 +48,7 @@ def _allocate_scheme(modes, scene, grid, width, law):
     n_modes = len(rows.omega)
     # tiles of modes may begin anywhere; rows whole KiB apart would share few places of a cache
     room = TILE if (n_modes + TILE) % KIB else TILE + 8
-    load = np.pad(law.loads(rows, scene).T, ((0, 1), (0, room)))
+    load = np.pad(np.ascontiguousarray(law.loads(rows, scene).T), ((0, 1), (0, room)))
     observed = columns(rows.observed)
     return Scheme(
         normal=normal,

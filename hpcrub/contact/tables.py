@@ -9,7 +9,7 @@ from hpcrub.contact.lanes import PLACES, TILE
 
 def columns(rows: np.ndarray) -> np.ndarray:
     """Table (K, n_padded) with rows (n, K) as columns, padded with zeros to whole tiles."""
-    return np.pad(rows.T, ((0, 0), (0, -len(rows) % TILE)))
+    return np.ascontiguousarray(np.pad(rows.T, ((0, 0), (0, -len(rows) % TILE))))
 
 
 def vectors(rows: np.ndarray) -> np.ndarray:
