@@ -84,18 +84,13 @@ def shape_for(machine: Machine) -> Shape:
 
 
 def shape_of(tile: int, lanes: int, machine: Machine) -> Shape:
-    """Shape of this tile and these lanes, with the block that suits a machine."""
-    return Shape(tile, lanes, block_of(lanes, machine.cache))
+    """Shape of this tile and these lanes; a block is a multiple of 12 modes."""
+    return Shape(tile, lanes, max(3 * machine.cache // 4 // size_of(lanes) // 12, 1) * 12)
 
 
 def size_of(lanes: int) -> int:
     """Size of the motion and coefficients of a mode [bytes]."""
     return ROWS * NUMBER * lanes
-
-
-def block_of(lanes: int, cache: int) -> int:
-    """Number of modes that fill three quarters of a cache [bytes]: a multiple of 12."""
-    return max(3 * cache // 4 // size_of(lanes) // 12, 1) * 12
 
 
 def shape() -> Shape:

@@ -145,8 +145,7 @@ class Branches(StudyInTime):
             if name != "rest":
                 size = config.branches.perturbation
                 n_blades, seed = scene.interface.n_blades, config.mistuning.seed
-                start = deflection(modes, n_blades, seed, task, size)
-                motion.position[:] = modes.at_rest(start)
+                motion.position[:] = modes.at_rest(deflection(modes, n_blades, seed, task, size))
             result = run_sweep(modes, scene, speeds, poll, motion=motion)
         amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
         result = result.continued(reason)

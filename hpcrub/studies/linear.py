@@ -138,8 +138,7 @@ class Linear(Study):
                 values = finite(file.read("amplification", (level, d)))
                 if len(values) == 0:
                     continue
-                at = file.config.convergence.percentiles
-                middle, low, high = with_interval(values, at)
+                middle, low, high = with_interval(values, file.config.convergence.percentiles)
                 text = " / ".join(f"{value:.3f}" for value in middle)
                 text += f"  [{interval_in_words(low[-1], high[-1])}]{air.left_out(file, level)}"
                 yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"

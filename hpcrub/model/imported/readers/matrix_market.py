@@ -49,8 +49,7 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     if n_sectors:
         arrays["n_sectors"] = np.array(n_sectors)
         for name in ("low", "high"):
-            listed = _table(folder / f"{name}.csv")[:, 0]
-            arrays[name] = places(listed, number, f"{name}.csv")
+            arrays[name] = places(_table(folder / f"{name}.csv")[:, 0], number, f"{name}.csv")
     if (folder / "fixed.csv").exists():
         arrays["fixed"] = _fixed(whole(_table(folder / "fixed.csv"), "fixed.csv"), dof)
     if (folder / "speeds_hz.csv").exists():
