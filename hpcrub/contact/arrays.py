@@ -101,7 +101,7 @@ def together(group: Any) -> Any:
     """Copy of a tuple of arrays, of tuples of arrays and of numbers, in one piece of memory.
 
     Every array begins with a cache line, so that no vector straddles two. When every array lay by
-    itself, one process in twenty took 1.2 to 1.9 times as long for its whole life, by the addresses
+    itself, one process in 25 took 1.2 to 1.9 times as long for its whole life, by the addresses
     that it had got (Zen 4).
     """
     places = np.cumsum([0, *(-(-array.nbytes // LINE) * LINE for array in _arrays(group))])
