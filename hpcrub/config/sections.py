@@ -183,8 +183,12 @@ class Mistuning(Section):
     seed: Whole = Field(2020, ge=0, le=2**63 - 1)
     """seed of the random numbers"""
     tuned_runs: Whole = Field(9, ge=1, le=1000)
-    """runs of the tuned disk, each with blades stiffer by another share below 3e-4, whose median
-    amplitude is the reference; 1 in the paper"""
+    """runs of the tuned disk, whose median amplitude is the reference; 1 in the paper"""
+    reference: Literal["staying", "symmetric"] = "staying"
+    """blades of these runs, and of the runs of a pattern: staying, each blade by another share of
+    1e-4 stiffer or softer, so that only a motion that stays is found; symmetric, all stiffer by one
+    share below 3e-4, so that a motion of equal blades is kept though it may not stay, as in the
+    paper"""
     checked_samples: Whole = Field(2, ge=0, le=MOST_SAMPLES)
     """first samples of the last level that are integrated once more with half the time step, as the
     tuned disk is, so that the summary can say what another step, or another motion at the same

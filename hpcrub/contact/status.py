@@ -13,7 +13,7 @@ NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED = range(5)  # status of a point
 
 # reasons; only the stress tests, which audit the energy of every run, give BALANCE
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
-PERMANENT, FLUTTER, REVERSED, RUNAWAY = 8, 9, 10, 11
+PERMANENT, FLUTTER, REVERSED, RUNAWAY, GROWING = 8, 9, 10, 11, 12
 WORDS = (
     "none",
     "diverged: a displacement is not finite",
@@ -27,6 +27,7 @@ WORDS = (
     "flutter by friction in permanent contact, no amplitude",
     "a tip vibrates faster than it rotates: friction would reverse, and does not",
     "diverged: a wave of the casing grows without bound",
+    "still growing: the motion will change into another one",
 )
 FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER, RUNAWAY)
 

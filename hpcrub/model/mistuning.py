@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammainc, ndtr, ndtri
 
-STIFFNESS, START, INCLUSION = range(3)  # streams of random numbers, one for each use
+STIFFNESS, START, INCLUSION, RUNS = range(4)  # streams of random numbers, one for each use
 
 
 class Law(NamedTuple):

@@ -17,7 +17,8 @@ from hpcrub.contact.observers import Record, strokes
 from hpcrub.contact.status import DIVERGED
 from hpcrub.model.reduction import Modes
 from hpcrub.response.casing_motion import LARGEST, Runaway, largest, share_of_energy
-from hpcrub.response.ensemble import LastWindow, Windows
+from hpcrub.response.ensemble import LastWindow, Recent, Windows
+from hpcrub.response.growth import Waves, record_step
 from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene, enough
 from hpcrub.response.sliding import permanent_contact
@@ -120,6 +121,7 @@ class Band:
         self.motion = motion
         self.bank = bank.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
+        self.waves = Waves.of(scene.interface.observed_blade, modes.pairs)
         self.record = Record.allocate(self.bank, 2 * self.window, grid.stride, grid.look)
         self.lanes: list[Course | None] = [None] * width
         # blocks between two polls; a casing that vibrates is checked after every block
@@ -234,7 +236,7 @@ class Band:
         if stuck == status.FLUTTER and reason not in status.FATAL:
             reason = stuck  # the motion grows without bound: another window adds nothing
         if reason not in status.FATAL:
-            verdict = self._look(lane, course, now, *sizes)
+            verdict = self._look(lane, course, now, sizes)
             if verdict is None:
                 return False
             outcome, (stroke, jump) = verdict.status, self._strokes(lane, now)
@@ -242,6 +244,7 @@ class Band:
                 outcome, reason = DIVERGED, stuck
             else:
                 self._write(lane, course, now, verdict, stroke, out)
+                reason = reason or verdict.reason
             if reason == status.NONE and self._reverses(jump):
                 reason = status.REVERSED
         if outcome != DIVERGED:
@@ -268,6 +271,7 @@ class Band:
         index, pairs, last = course.index, self.modes.pairs, self._windows(now)[1]
         out.amplitude[index] = verdict.amplitude
         out.error[index], out.scatter[index] = verdict.error, verdict.scatter
+        out.shows[index] = verdict.shows
         if self.scene.observes_stress:
             out.stress[index] = self.record.stress_peak[0, lane]
         out.half_peak_to_peak[index] = stroke / 2.0
@@ -293,15 +297,23 @@ class Band:
         turned = 2.0 * np.pi * self.grid.stride / self.grid.steps_per_revolution
         return jump > turned * self.scene.interface.radius.min()
 
-    def _look(self, lane, course, now, before, last):
+    def _look(self, lane, course, now, sizes):
         """Verdict on the last two windows; None: go on. Sets the block of the next check."""
-        n_observed = self.bank.scheme.observed.shape[1]
-        history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.lanes))
+        windows, n_lanes = self._windows(now), len(self.lanes)
+        n_observed, n_casing = self.bank.scheme.observed.shape[1], self.bank.scheme.casing
+        history = self.record.history.reshape(2 * self.window, -1, n_observed, n_lanes)
+        casing = self.record.casing.reshape(*history.shape[:2], n_casing, n_lanes)
+        step = record_step(self.window, history.shape[1])
 
         def signals(row):  # places in the ring stand for the blocks of a window
-            return tuple(history[window, :, row, lane].ravel() for window in self._windows(now))
+            return tuple(history[window, :, row, lane].ravel() for window in windows)
 
-        verdict = course.watch.look(before, last, signals, course.seconds(now), course.is_over)
+        def waves():
+            kept = history[:, ::step, :, lane], casing[:, ::step, :, lane]
+            return tuple(self.waves.seen(*(part[w] for part in kept)) for w in windows)
+
+        recent = Recent(sizes, signals, waves)
+        verdict = course.watch.look(recent, course.seconds(now), course.is_over)
         course.check = min(now + course.extension, course.cap)
         return verdict
 

@@ -3,15 +3,16 @@
 Rubbing is hardly ever periodic. The largest displacement of a few revolutions is then one draw of
 many, so that a rule looks at the motion window by window, from the first check on:
 
-- *steady*: three windows in succession agree. The damping sets how much they may differ: the
-  remaining change of a slow transient must be below the change that the criteria allow.
+- *steady*: three windows in succession agree, all waves of the disk included. The damping sets how
+  much they may differ: the remaining change of a slow transient must be below the change that the
+  criteria allow.
 - *averaged*: the mean of the windows' largest displacements has a standard error below `max_error`,
   and they show no trend. Integration ends, whether the motion would repeat itself later or never.
 - *not steady*: the time is over before the motion is steady or averaged.
 
-Only the later half of the windows counts, five at least, and no motion is averaged before
-transients of the free disk have decayed. `docs/steady_state.md` explains the standard error, and
-the gain of this rule.
+No motion is steady or averaged while a wave of the disk grows (`growth`). Only the later half of
+the windows counts, five at least, and no motion is averaged before transients of the free disk have
+decayed. `docs/steady_state.md` explains the standard error, and the gain of this rule.
 """
 
 import math
@@ -21,18 +22,27 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated
+from hpcrub.contact.status import AVERAGED, GROWING, NONE, NOT_STEADY, STEADY
+from hpcrub.response.growth import Growth
+from hpcrub.response.steady import SteadyCriteria, first_windows, is_constant, is_repeated
 
 ALIKE = 3  # windows in succession that agree in a steady motion
+REPEATED = 0.5  # of the change that the criteria allow: largest change of a wave in windows alike
 FEWEST = 5  # windows that a mean needs
 SETTLED = 2.0  # time constants of the slowest mode before a motion is averaged
 TREND = 1.7  # standard errors by which a slope must differ from 0 to count as a trend
-TO_GO = 0.4  # share of max_error by which a trend may still lead away from the mean
 MEMORY = 2.0  # time constants of the slowest mode between two windows that are independent
 TWO_SIDED = 0.975  # two standard errors hold 95 %
 
-Signals = Callable[[int], tuple[np.ndarray, np.ndarray]]
+
+class Recent(NamedTuple):
+    """The last two windows of a motion, the older one first."""
+
+    sizes: np.ndarray  # largest observed displacements in each (2, O) [m]
+    # function that returns the history of one observed displacement in both, (R,) each [m]
+    signals: Callable[[int], tuple[np.ndarray, np.ndarray]]
+    # function that returns the motion of the waves in both, (B, R, G) each [m]; see `growth.Waves`
+    waves: Callable[[], tuple[np.ndarray, np.ndarray]]
 
 
 class Verdict(NamedTuple):
@@ -43,12 +53,29 @@ class Verdict(NamedTuple):
     amplitude: float  # [m]
     error: float  # standard error of the amplitude [m]; NaN: unknown
     scatter: float  # standard deviation of the windows' amplitudes [m]; NaN: unknown
+    shows: float = math.nan  # time at which a wave that grows will show [s]; NaN: none grows
+
+    @property
+    def reason(self) -> int:
+        """Code of ``status`` for a reason against it that is not an error."""
+        return NONE if math.isnan(self.shows) else GROWING
 
 
 class Watch:
     """A rule that ends the integration of one speed; `wear.Wearing` follows the coating, too."""
 
     always = False  # whether it needs every block from the start on, and worn depths (`keep`)
+
+    def may_end(self, time: float) -> bool:
+        """Whether the next call of `look`, at a time since the start [s], may give a verdict."""
+        raise NotImplementedError
+
+    def look(self, recent: Recent, time: float, over: bool) -> Verdict | None:
+        """Judge the motion with its last two windows; return None while it has to go on.
+
+        time: since the start [s]; over: whether there is no time for another window.
+        """
+        raise NotImplementedError
 
     def write(self, index: int, wear: Any) -> None:
         """Write the state of the coating to row ``index`` of ``wear`` (modified)."""
@@ -61,16 +88,15 @@ class LastWindow(Watch):
         self.criteria, self.passed = criteria, 0
 
     def may_end(self, time: float) -> bool:
-        """Whether the next check may end the motion; see `Windows.may_end`."""
+        """Whether the next check may end the motion; see `Watch`."""
         return self.passed + 1 >= self.criteria.confirmations
 
-    def look(
-        self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
-    ) -> Verdict | None:
-        """Compare two windows; see `Windows.look`."""
+    def look(self, recent: Recent, time: float, over: bool) -> Verdict | None:
+        """Compare two windows; see `Watch`."""
+        before, last = recent.sizes
         tip = int(np.argmax(last))
         passes = is_constant(before[tip], last[tip], self.criteria)
-        passes = passes and is_repeated(*signals(tip), self.criteria)
+        passes = passes and is_repeated(*recent.signals(tip), self.criteria)
         self.passed = self.passed + 1 if passes else 0
         if self.passed < self.criteria.confirmations and not over:
             return None
@@ -87,6 +113,8 @@ class Windows(Watch):
         decay: rate of the slowest transient of the free disk [1/s]; window: length of a window [s].
         """
         self.criteria, self.decay = criteria, decay
+        self.first = (first_windows(criteria, window) - 0.5) * window  # no verdict before it [s]
+        self.growth = Growth(decay, window)
         self.part = -math.expm1(-decay * window)  # share of a transient that decays in a window
         self.independent = min(1.0, decay * window / MEMORY)  # windows, share that is independent
         change = criteria.max_amplitude_change * self.part
@@ -94,37 +122,49 @@ class Windows(Watch):
         self.alike, self.sizes = 1, list[np.ndarray]()
 
     def may_end(self, time: float) -> bool:
-        """Whether the next call of `look`, at a time since the start [s], may give a verdict."""
+        """Whether the next check may end the motion; see `Watch`."""
         enough = len(self.sizes) + 1 >= FEWEST and self.decay * time >= SETTLED
         return enough or self.alike + 1 >= ALIKE
 
-    def look(
-        self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
-    ) -> Verdict | None:
-        """Judge the motion with its last window; return None while it has to go on.
+    def look(self, recent: Recent, time: float, over: bool) -> Verdict | None:
+        """Judge the motion with its last two windows; see `Watch`."""
+        self.growth.see(*recent.waves())
+        if time < self.first and not over:
+            return None
+        verdict = self._found(recent, time, over)
+        if verdict is None or not self.criteria.watches_growth:
+            return verdict
+        shows = self.growth.shows(time, verdict.amplitude)
+        if math.isnan(shows):
+            return verdict
+        return verdict._replace(status=NOT_STEADY, shows=shows) if over else None
 
-        before, last: (O,) largest observed displacements in the window before, and the last [m].
-        signals: function that returns the history of one observed displacement in both windows.
-        time: since the start [s]; over: whether there is no time for another window.
-        """
+    def _found(self, recent, time, over):
+        """Verdict on the windows alone, whether a wave grows or not; None: go on."""
+        before, last = recent.sizes
         self.sizes += [last] if self.sizes else [before, last]
         tip = int(np.argmax(last))
         # largest over all tips: at the start another tip may have moved more
         same = is_constant(before.max(), last[tip], self.strict)
-        self.alike = self.alike + 1 if same and is_repeated(*signals(tip), self.strict) else 1
+        same = same and is_repeated(*recent.signals(tip), self.strict)
+        same = (
+            same
+            and self.growth.largest <= REPEATED * self.criteria.max_amplitude_change * last[tip]
+        )
+        self.alike = self.alike + 1 if same else 1
         if self.alike >= ALIKE:
             return self._verdict(STEADY, ALIKE)
         enough = len(self.sizes) >= FEWEST and self.decay * time >= SETTLED
         if not enough and not over:
             return None
-        n = max(FEWEST, math.ceil(len(self.sizes) / 2))
-        verdict = self._verdict(NOT_STEADY, min(n, len(self.sizes)))
-        known = enough and verdict.error <= self.criteria.max_error * verdict.amplitude
-        if known and not self._goes_on(n, verdict.amplitude):
+        n = min(max(FEWEST, math.ceil(len(self.sizes) / 2)), len(self.sizes))
+        verdict = self._verdict(NOT_STEADY, n)
+        if enough and verdict.error <= self.criteria.max_error * verdict.amplitude:
             return verdict._replace(status=AVERAGED)
         return verdict if over else None
 
     def _verdict(self, status, n):
+        """Verdict by the last n windows, whose amplitudes may still be on their way elsewhere."""
         last = np.array(self.sizes[-n:])
         amplitudes = last.max(axis=1)
         scatter = amplitudes.std(ddof=1)
@@ -132,15 +172,17 @@ class Windows(Watch):
         error = math.hypot(
             errors * scatter / math.sqrt(n * self.independent),
             self.criteria.max_amplitude_change * mean,
+            self._to_go(amplitudes),
         )
         return Verdict(status, last.mean(axis=0), mean, error, scatter)
 
-    def _goes_on(self, n, mean):
-        """Whether the last n amplitudes show a trend that leads away from their mean."""
-        amplitudes = np.array(self.sizes[-n:]).max(axis=1)
+    def _to_go(self, amplitudes):
+        """How far a trend of amplitudes (n,) still leads away from their mean; 0 without one [m]."""
+        n = len(amplitudes)
+        if n <= ALIKE:
+            return 0.0
         t = np.arange(n) - (n - 1) / 2.0
         slope = t @ amplitudes / (t @ t)
-        rest = amplitudes - mean - slope * t
+        rest = amplitudes - amplitudes.mean() - slope * t
         error = math.sqrt(rest @ rest / (n - 2) / (t @ t) / self.independent)
-        to_go = abs(slope) / self.part
-        return abs(slope) > TREND * error and to_go > TO_GO * self.criteria.max_error * mean
+        return abs(slope) / self.part if abs(slope) > TREND * error else 0.0

@@ -22,7 +22,8 @@ from hpcrub.contact.passes import correct
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import judge, watch_of
-from hpcrub.response.ensemble import Verdict
+from hpcrub.response.ensemble import Recent, Verdict
+from hpcrub.response.growth import Waves, record_step
 from hpcrub.response.revolution import Grid, cut_revolution, speed_bands
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import check_blocks
@@ -111,8 +112,9 @@ class Follower:
         self.checks = checks(speed_hz, duration, scene)
         self.n_blocks = n_blocks(speed_hz, duration, grid)
         self.watch = watch_of(modes.at(speed_hz), scene, speed_hz)
-        # observed displacements of two windows and their peaks, by block
-        self.recent: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=2 * self.window)
+        self.waves = Waves.of(scene.interface.observed_blade, modes.pairs)
+        # observed displacements of two windows, coordinates of the casing, and peaks, by block
+        self.recent: deque[tuple[np.ndarray, ...]] = deque(maxlen=2 * self.window)
         self.n_taken, self.time = 0, math.nan  # time of the last check [s]; NaN: there was none
         self.verdict: Verdict | None = None
 
@@ -122,7 +124,7 @@ class Follower:
             return
         self.n_taken += 1
         peak = piece.peak[:, lane]
-        self.recent.append((piece.observed[:, :, lane], peak))
+        self.recent.append((piece.observed[:, :, lane], piece.casing[:, :, lane], peak))
         time = self.n_taken / (self.speed * self.per_turn)
         if self.watch.always:
             self.watch.see(float(peak.max()), time)
@@ -132,14 +134,20 @@ class Follower:
             self._look(time)
 
     def _look(self, time):
-        observed, peaks = zip(*self.recent, strict=True)
-        before, last = np.split(np.concatenate(observed), 2)
-        sizes = [part.max(axis=0) for part in np.split(np.array(peaks), 2)]
+        observed, casing, peaks = map(np.array, zip(*self.recent, strict=True))
+        before, last = np.split(observed, 2)
+        sizes = np.array([part.max(axis=0) for part in np.split(peaks, 2)])
         over = self.n_taken == self.checks[-1]
-        self.time = time
-        self.verdict = self.watch.look(
-            *sizes, lambda tip: (before[:, tip], last[:, tip]), time, over
-        )
+        self.time, step = time, record_step(self.window, observed.shape[1])
+
+        def signals(tip):
+            return before[:, :, tip].ravel(), last[:, :, tip].ravel()
+
+        def waves():
+            kept = (np.split(part[:, ::step], 2) for part in (observed, casing))
+            return tuple(self.waves.seen(*parts) for parts in zip(*kept, strict=True))
+
+        self.verdict = self.watch.look(Recent(sizes, signals, waves), time, over)
 
     @property
     def found(self) -> Verdict:

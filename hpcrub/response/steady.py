@@ -21,17 +21,25 @@ class SteadyCriteria(NamedTuple):
     confirmations: int = 1  # checks to pass in succession; the paper asks for 1
     rule: str = "last_window"  # the paper's rule, or "ensemble"
     max_error: float = 0.15  # largest standard error of a mean amplitude, over the mean
+    watches_growth: bool = True  # rule ensemble: whether a motion goes on while a wave grows
+
+
+def first_windows(steady: Any, window: float) -> int:
+    """Windows of a length [s] until the first verdict of the rule ensemble, at least two."""
+    return max(math.ceil(steady.first_check / window * (1.0 - 1e-12)), 2)
 
 
 def check_blocks(steady: Any, speed_hz: float, per_turn: int) -> tuple[int, int]:
     """Blocks until the first check of a motion, and from one check to the next.
 
+    The rule ensemble looks at all windows from half of the first check on, to see what grows.
     steady: SteadyCriteria; speed_hz: of rotation [Hz]; per_turn: blocks of a revolution.
     """
     window = steady.window_revolutions * per_turn
-    first = math.ceil(steady.first_check * speed_hz * per_turn)
     if steady.rule == "ensemble":  # whole windows, so that all lanes are checked together
-        return max(math.ceil(first / window), 2) * window, window
+        first = first_windows(steady, steady.window_revolutions / speed_hz)
+        return max(first // 2, 2) * window, window
+    first = math.ceil(steady.first_check * speed_hz * per_turn)
     return max(first, 2 * window), steady.extend_revolutions * per_turn
 
 

@@ -41,6 +41,7 @@ class SweepResult(NamedTuple):
     # (S,) largest |stress| of the last window, on a coating at any time [Pa]; NaN: not observed
     stress: np.ndarray
     time: np.ndarray  # (S,) simulated [s]
+    shows: np.ndarray  # (S,) time at which a wave that still grows will show [s]; NaN: none grows
     localisation: np.ndarray  # (S,) [-]
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
@@ -52,7 +53,7 @@ class SweepResult(NamedTuple):
     @classmethod
     def empty(cls, n: int, n_strips: int = 0) -> "SweepResult":
         """Result of n speeds that are not integrated yet; n_strips: of a coating."""
-        numbers, codes = np.full((7, n), np.nan), np.zeros((3, n), dtype=np.uint8)
+        numbers, codes = np.full((8, n), np.nan), np.zeros((3, n), dtype=np.uint8)
         numbers[5] = 0.0  # time
         motions = CasingMotion(*np.full((4, n), np.nan)), Wear.empty(n, n_strips)
         values: tuple[Any, ...] = *numbers, *codes, *motions
@@ -61,7 +62,7 @@ class SweepResult(NamedTuple):
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All arrays with a row for every speed."""
-        return *self[:10], *self.casing, *self.wear
+        return *self[:11], *self.casing, *self.wear
 
     def take(self, speeds: Any, other: "SweepResult") -> None:
         """Copy the response at some speeds (an index) from another result (self is modified)."""
@@ -124,8 +125,8 @@ def _leave_at_rest(out, still, scene):
     """Write the response at speeds (indices) at which nothing touches (out is modified)."""
     known = 0.0 if scene.steady.rule == "ensemble" else np.nan
     no_stress = 0.0 if scene.observes_stress else np.nan
-    at_rest = 0.0, known, known, 0.0, no_stress, 0.0, 0.0, STEADY
-    for values, rest in zip(out[:8], at_rest, strict=True):
+    at_rest = 0.0, known, known, 0.0, no_stress, 0.0, np.nan, 0.0, STEADY
+    for values, rest in zip(out[:9], at_rest, strict=True):
         values[still] = rest
     out.casing.largest[still] = 0.0
     if scene.coating:

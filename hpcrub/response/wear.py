@@ -11,7 +11,7 @@ import numpy as np
 
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
-from hpcrub.response.ensemble import Signals, Verdict, Watch
+from hpcrub.response.ensemble import Recent, Verdict, Watch
 from hpcrub.response.scene import Scene
 
 REVOLUTIONS = 10  # revolutions over which the growth of the worn depth is taken
@@ -70,11 +70,13 @@ class Wearing(Watch):
         young = before[0] + REVOLUTIONS > self.depths[-1][0]
         return float((now if young else now - before[1]).max())
 
-    def look(
-        self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
-    ) -> Verdict | None:
-        """Verdict once wear has ended; a motion that died away is steady. See `Windows.look`."""
-        verdict = self.rule.look(before, last, signals, time, over)
+    def may_end(self, time: float) -> bool:
+        """Whether the next check may end the motion; see `Watch`."""
+        return self.rule.may_end(time)
+
+    def look(self, recent: Recent, time: float, over: bool) -> Verdict | None:
+        """Verdict once wear has ended; a motion that died away is steady. See `Watch`."""
+        verdict, last = self.rule.look(recent, time, over), recent.sizes[1]
         known = verdict is not None and verdict.status != NOT_STEADY
         wears = self.growth > ENDED * float(self.depths[-1][1].max())
         if not wears and (known or last.max() <= AT_REST * self.largest):

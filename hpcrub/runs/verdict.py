@@ -122,6 +122,26 @@ def unsettled(
     yield Finding(USELESS if n_lost > FEW * n else SINGLE, why, advice)
 
 
+def growing(
+    config: Config, n_peaks: int, n: int, n_points: int, latest: float = np.nan, key: str = TIME_KEY
+) -> Iterator[Finding]:
+    """Finding about n of n_points points, n_peaks peaks among them, at which a wave still grows.
+
+    latest: time at which all of these waves have shown [s], NaN if not known; key: see `unsettled`.
+    """
+    if not n:
+        return
+    why = f"still growing at {n} of {n_points} points"
+    until = f" after up to {latest:.2g} s" if np.isfinite(latest) else ""
+    peaks = f", {n_peaks} of them peaks" if n_peaks else ""
+    yield Finding(
+        USELESS if n > FEW * n_points and n_peaks else SINGLE if n_peaks else REMARK,
+        why,
+        f"{why}{peaks}: a wave of the disk grows when the time is over, and the motion becomes "
+        f"another one{until}: {key} above {attrgetter(key)(config):g}",
+    )
+
+
 def of_points(
     config: Config, amplitude: np.ndarray, states: np.ndarray, reasons: np.ndarray, key: str
 ) -> Iterator[Finding]:
@@ -133,6 +153,8 @@ def of_points(
     """
     n = int(np.count_nonzero(states != NO_POINT))
     yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
+    grows = int(np.count_nonzero(reasons == status.GROWING))
+    yield from growing(config, 0, grows, n, key=key)
     yield from unsettled(config, int(np.count_nonzero(states == NOT_STEADY)), n, "points", key)
     known = (np.nan_to_num(amplitude) > 0.0).any(axis=1)
     if not known.any() or amplitude.shape[1] == 1:

@@ -6,7 +6,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
-from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.mistuning import RUNS, stiffness_deviation, uniform
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.setup import input_files
 from hpcrub.setup.problem import FURTHEST, Model, Problem
@@ -15,6 +15,9 @@ from hpcrub.setup.problem import FURTHEST, Model, Problem
 # structure, and large enough for a chaotic motion to take another course before it is judged. (With
 # 1e-6 all runs were still the same when they ended by the rule of the paper.)
 APART = 3e-5
+# Largest deviation of single blades in the runs of one disk. From it a wave that breaks the symmetry
+# takes 9 time constants of its growth to show, from rounding 37.
+UNLIKE = 1e-4
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # its multiples fill a range evenly, however many there are
 
 
@@ -25,26 +28,31 @@ class Disks(NamedTuple):
     modes: list[Modes]  # of every disk
 
 
-def apart(run: int) -> float:
-    """Relative change of stiffness in a run of one disk, from 0 up to FURTHEST [-].
+def run_deviation(config: Config, run: int) -> np.ndarray:
+    """Relative change of the blades' stiffness in a run of one disk (N,) [-].
 
-    The first ten are APART from each other, and all later ones lie between them: with stiffer and
-    stiffer disks the amplitude of a motion that repeats itself would follow the stiffness.
+    By `mistuning.reference` the blades differ by up to UNLIKE, or all are stiffer by one share, from
+    0 up to FURTHEST. Then the first ten runs are APART from each other, and all later ones lie
+    between them: with stiffer and stiffer disks the amplitude of a motion that repeats itself would
+    follow the stiffness.
     """
+    n_blades = config.disk.n_blades
+    if config.mistuning.reference == "staying":
+        return UNLIKE * uniform(config.mistuning.seed, RUNS, 0, run, n_blades)
     block, place = divmod(run, round(FURTHEST / APART))
-    return APART * (place + GOLDEN * block % 1.0)
+    return np.full(n_blades, APART * (place + GOLDEN * block % 1.0))
 
 
 def deviation(config: Config, level: int, sample: int) -> np.ndarray:
     """Relative stiffness deviation of every blade in a sample on a level.
 
-    The samples of an explicit pattern are runs of one disk, each a little stiffer (`apart`).
+    The samples of an explicit pattern are runs of one disk (`run_deviation`).
     A part of a study draws a sample as the whole study does.
     level, sample: indices in the result file. Returns (N,) [-].
     """
     sample = config.samples[sample]
     if config.pattern_deviation is not None:
-        return config.pattern_deviation + apart(sample)
+        return config.pattern_deviation + run_deviation(config, sample)
     if config.mistuning.pattern_file is not None:
         return input_files.patterns(config)[sample]
     half_range = config.mistuning.half_range[level]
@@ -72,18 +80,18 @@ def sigma_of(config: Config) -> np.ndarray:
 def disks(config: Config) -> np.ndarray:
     """Stiffness deviations (D, N) [-] of the tuned disk and, if given, of the pattern.
 
+    Both are the first of their runs (`run_deviation`).
     Raises InputError for a file of several measured disks.
     """
-    tuned = np.zeros(config.disk.n_blades)
-    pattern = config.pattern_deviation
+    tuned, pattern = run_deviation(config, 0), config.pattern_deviation
     if config.mistuning.pattern_file is not None:
         if config.mistuning.samples != 1:
             raise InputError(
                 f"mistuning.pattern: {config.mistuning.samples} disks, and a study "
                 f"{config.study} is of one; mistuning.samples: 1 takes the first"
             )
-        pattern = input_files.patterns(config)[0]
-    return np.array([tuned] if pattern is None else [tuned, pattern])
+        return np.array([tuned, input_files.patterns(config)[0]])
+    return np.array([tuned] if pattern is None else [tuned, pattern + tuned])
 
 
 def modes_of(config: Config, model: Model | Problem, deviation: np.ndarray) -> Modes:
@@ -91,6 +99,6 @@ def modes_of(config: Config, model: Model | Problem, deviation: np.ndarray) -> M
 
     Raises InputError when blades deviate and the model file lacks their stiffness.
     """
-    if np.any(deviation) and not model.reduced.modal_blade_stiffness.any():
+    if np.abs(deviation).max() > FURTHEST and not model.reduced.modal_blade_stiffness.any():
         raise InputError(f"disk.model: {config.disk.model} has no K_blade, blades are all alike")
     return mistuned_modes(model.reduced, deviation)

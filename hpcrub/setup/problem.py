@@ -26,7 +26,10 @@ from hpcrub.setup.laws import law_of
 # gain more time than their compilation takes (docs/kernel.md).
 MANY_SAMPLES = 500, 20
 ALONE = 8  # most lanes of a sweep that cannot go on with fewer at its end
-FURTHEST = 3e-4  # bound of the change of stiffness from run to run of one disk (`disks.apart`)
+FURTHEST = (
+    3e-4  # bound of the change of stiffness from run to run of one disk (`disks.run_deviation`)
+)
+CRITERIA = SteadyCriteria._fields[:-1]  # the last one is no key: whether growth is watched
 SMALLEST = 1e-13  # of the largest eigenvalue: smaller eigenvalues have hardly a correct digit
 
 
@@ -122,7 +125,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         least_steps=resolution.least_steps(config),
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
         look_interval=resolution.look_interval(config),
-        steady=SteadyCriteria(*(getattr(steady, name) for name in SteadyCriteria._fields)),
+        steady=SteadyCriteria(*(getattr(steady, name) for name in CRITERIA)),
         observes_stress=config.observes_stress,
         lanes=_lanes(config),
     )

@@ -21,7 +21,7 @@ from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
-from hpcrub.setup.disks import APART, deviation
+from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import peaks_of
 
@@ -36,7 +36,7 @@ class Change(NamedTuple):
     key: str  # key to look at where the change moves the answer
     values: Callable[[Config], dict[str, Any]]  # {key: value}; empty: does not apply
     is_error: bool  # shows an error of the computation; False: an input that is uncertain
-    start: float = 0.0  # added to the stiffness deviation of all blades [-]
+    run: int = 0  # run of the disk, see `setup.disks.run_deviation`
 
 
 def _times(factors, where=lambda config: True):
@@ -58,7 +58,7 @@ def _smaller_clearance(c):
 
 CHANGES = (
     Change("as asked", "", _times({}), True),
-    Change("another start", "mistuning.tuned_runs", _times({}), True, APART),
+    Change("another start", "mistuning.tuned_runs", _times({}), True, 1),
     Change("half the step of the speeds", "speeds.step_hz", _times({"speeds.step_hz": 0.5}), True),
     Change("half the time step", "time.step_s", _times(
         {"time.steps_per_bump_width": 2, "time.steps_per_period": 2, "time.step_s": 0.5}), True),
@@ -112,11 +112,13 @@ class Checklist(Study):
         number, disk = divmod(task, _n_disks(config))
         change, level = CHANGES[number], len(config.mistuning.half_range) - 1
         values = change.values(config)
-        if number and not values and not change.start:
+        if number and not values and not change.run:
             return
-        own = deviation(config, level, disk - 1) if disk else np.zeros(config.disk.n_blades)
+        own = deviation(config, level, disk - 1) if disk else run_deviation(config, 0)
+        if change.run:
+            own = own + run_deviation(config, change.run)
         with contextlib.suppress(InputError):  # for example more modes than a model has
-            size, stress = peaks_of(config.replace(values), own + change.start, poll)
+            size, stress = peaks_of(config.replace(values), own, poll)
             yield "peak_amplitude_m", (number, disk), size if np.isfinite(size) else np.inf
             yield "peak_stress_pa", (number, disk), stress
 

@@ -24,7 +24,7 @@ from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.runs.verdict import Finding
-from hpcrub.setup.disks import modes_of
+from hpcrub.setup.disks import modes_of, run_deviation
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.study import open_contact, require_complete
@@ -173,7 +173,7 @@ class Energy(StudyInTime):
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Compute the strain energies of one disk."""
         tuned, samples = problem
-        deviation = samples[task - 1] if task else np.zeros(config.disk.n_blades)
+        deviation = samples[task - 1] if task else run_deviation(config, 0)
         modes = modes_of(config, tuned, deviation)
         stiffness = blade_stiffness(tuned.reduced, deviation, modes)
         energy, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)

@@ -127,6 +127,7 @@ class InteractionMap(StudyInTime):
             reason = reasons[end * len(reasons) // len(time) - 1][lane]
             if not status.are_fatal(reason):
                 reason = permanent_contact(share, modes, scene, speeds[lane]) or reason
+                reason = reason or follower.found.reason
             yield "point_reason", (disk, speed), reason
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):

@@ -195,6 +195,7 @@ class TimeResponse(StudyInTime):
         if not failed:
             share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
             reason = permanent_contact(share, modes, scene, speed) or reason
+            reason = reason or followed.found.reason
         if task == 0:  # all disks share times and contact points
             yield "time_s", (), time
             if config.disk.n_points != config.disk.n_blades:

@@ -11,10 +11,11 @@ from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.linear import linear_peak
+from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import SweepResult, run_sweep
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll
-from hpcrub.setup.disks import apart, modes_of
+from hpcrub.setup.disks import modes_of, run_deviation
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
@@ -127,13 +128,24 @@ def values_of(found: Integrated, speeds_hz: np.ndarray) -> dict[str, Any]:
     return values
 
 
-def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
-    """Modes of the tuned disk (run 0), or of a disk that hardly differs from it.
+def n_runs(config: Config) -> int:
+    """Number of runs of the tuned disk: those of the reference, then one of equal blades."""
+    return config.mistuning.tuned_runs + (config.mistuning.reference == "staying")
+
+
+def tuned_run(config: Config, problem: Problem, run: int) -> tuple[Modes, Scene]:
+    """Modes and scene of a run of the tuned disk.
 
     Where the motion is not periodic, or one of several, its amplitude is one draw of many. The
-    median over all runs is the reference of the amplifications.
+    median over the runs is the reference of the amplifications. The run of equal blades keeps its
+    motion, even if it does not stay.
     """
-    return mistuned_modes(problem.reduced, np.full(config.disk.n_blades, apart(run)))
+    scene, deviation = problem.scene, np.zeros(config.disk.n_blades)
+    if run < config.mistuning.tuned_runs:
+        deviation = run_deviation(config, run)
+    if run == config.mistuning.tuned_runs or config.mistuning.reference == "symmetric":
+        scene = scene._replace(steady=scene.steady._replace(watches_growth=False))
+    return mistuned_modes(problem.reduced, deviation), scene
 
 
 def join(parts: dict[int, Any]) -> Any:
@@ -172,10 +184,14 @@ def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
 def write_tuned(
     config: Config, problem: Problem, file: ResultFile, found: list[Integrated]
 ) -> None:
-    """Write the results of the tuned disk; found: its run as it is, then the perturbed ones."""
-    modes = modes_of_tuned(config, problem, 0)
-    runs = [values_of(run, config.speeds.values_hz) for run in found]
+    """Write the results of the tuned disk; found: all its runs (`tuned_run`)."""
+    modes = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
+    every = [values_of(run, config.speeds.values_hz) for run in found]
+    runs, equal = np.split(np.array(every), [config.mistuning.tuned_runs])
     values = dict(runs[0])
+    for of_run in equal:
+        values["symmetric_amplitude_m"] = of_run["amplitude_m"]
+        values["symmetric_peak_m"] = of_run["peak_amplitude_m"]
     if config.casing.vibrates:
         growths = casing_motion.permanent_growth(config, modes, config.speeds.values_hz)
         values["permanent_growth_per_s"] = growths[0]

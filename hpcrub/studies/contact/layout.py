@@ -35,9 +35,10 @@ KINDS = (
 AMPLIFICATION = KINDS[0]
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
-_RUNS = "amplitudes of the tuned disk and of its perturbed runs"
+_RUNS = "amplitudes of the runs of the tuned disk (mistuning.reference)"
+_EQUAL = "of a tuned disk of equal blades, whose motion may not stay"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
-_DEEPEST = "the tuned disk and its perturbed runs"
+_DEEPEST = "the runs of the tuned disk"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
 # numbers of every point: {name: (units, description, type)}, in the order of `SweepResult`
 POINT = {
@@ -51,6 +52,9 @@ POINT = {
         "half of peak to peak, the largest of any tip in the last window, without its offset"),
     "stress_pa": ("Pa", "largest stress of any blade in the last window; on a coating of any time"),
     "time_s": ("s", "simulated time until steady or given up"),
+    "growth_shows_s": ("s",
+        "time at which a wave that still grows at the end will show, so that the motion becomes "
+        "another one; NaN: none grows"),
     "localisation": ("1", "localisation factor of the blade-tip amplitudes"),
     "point_status": ("1", POINT_STATUS, "u1"),
     "point_reason": ("1", POINT_REASON, "u1"),
@@ -76,6 +80,8 @@ LAYOUT = (
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
     Dataset("tuned/run_peaks_m", ("run",), "m", f"peak {_RUNS}"),
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
+    Dataset("tuned/symmetric_amplitude_m", _S, "m", f"amplitude {_EQUAL}"),
+    Dataset("tuned/symmetric_peak_m", (), "m", f"largest amplitude over the speeds {_EQUAL}"),
     *in_group("tuned", (), _HALF_STEP),
     Dataset("tuned/peak_stress_pa", (), "Pa", "largest stress over the speeds"),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
@@ -114,6 +120,7 @@ AMPLITUDES = {  # with their names in the glossary
     "amplitude_m": "steady amplitude",
     "largest_amplitude_m": "largest amplitude at any time",
 }
+_SYMMETRIC = "symmetric_amplitude_m", "symmetric_peak_m"
 MOST_LINES = 6  # most lines of the verdict
 _OF_COATING = {*worn.NAMES, ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[3:]}
@@ -125,6 +132,7 @@ def layout(config: Config) -> tuple[Dataset, ...]:
         () if config.contact.wears else _OF_COATING,
         () if config.observes_stress else ("stress_pa", "peak_stress_pa", "stress"),
         () if config.mistuning.checked_samples else _HALF_STEP,
+        () if config.mistuning.reference == "staying" else _SYMMETRIC,
         () if config.casing.vibrates else (*casing_motion.NUMBERS, "permanent_growth_per_s"),
     )
     return tuple(line for line in LAYOUT if left_out.isdisjoint(line.name.split("/")))

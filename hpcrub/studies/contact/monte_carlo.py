@@ -51,7 +51,7 @@ class MonteCarlo(Job):
         self.speeds_hz = config.speeds.values_hz
         self.reference: Any = None  # Reference, once known to this rank
         # Integrated of every part of the runs of the tuned disk (rank 0)
-        self.runs: list[dict[int, Any]] = [{} for _ in range(config.mistuning.tuned_runs)]
+        self.runs: list[dict[int, Any]] = [{} for _ in range(disk.n_runs(config))]
         self.looked_at = 0  # samples finished on all levels when convergence was checked last
         self.kinds = kinds(config)
         self.numbers: Any = None  # of the samples (kinds, V, n), on rank 0
@@ -139,8 +139,8 @@ class MonteCarlo(Job):
         A sample without a usable reference is not written, and None is returned.
         """
         if isinstance(task, TunedPart):
-            modes = disk.modes_of_tuned(self.config, self.prepared, task.run)
-            return self._integrate(modes, task, poll, is_checked=task.run == 0)
+            modes, scene = disk.tuned_run(self.config, self.prepared, task.run)
+            return self._integrate(modes, scene, task, poll, is_checked=task.run == 0)
         blades, modes = deviation(self.config, task.level, task.sample), None
         response = task.response
         try:
@@ -148,7 +148,9 @@ class MonteCarlo(Job):
             # the first samples of the last level are checked, wherever a part of the study begins
             first = self.config.samples[task.sample] < self.config.mistuning.checked_samples
             is_checked = first and task.level == self.config.levels[-1]
-            response = response or self._integrate(modes, task, poll, is_checked)
+            response = response or self._integrate(
+                modes, self.prepared.scene, task, poll, is_checked
+            )
         except BAD_NUMBERS as error:
             response = disk.Integrated(None, 0.0, _words(error))
         if task.n_parts > 1:
@@ -158,9 +160,8 @@ class MonteCarlo(Job):
             time.sleep(0.0 if self.reference else PAUSE)
         return self._finish(task, blades, modes, response) if self.reference.usable else None
 
-    def _integrate(self, modes, task, poll, is_checked):
+    def _integrate(self, modes, scene, task, poll, is_checked):
         start, half = time.perf_counter(), None
-        scene = self.prepared.scene
         part = range(task.part, len(self.speeds_hz), task.n_parts)
         result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
         if is_checked and self.config.mistuning.checked_samples:

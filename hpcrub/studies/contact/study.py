@@ -18,6 +18,7 @@ from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import layout, summary, trust
+from hpcrub.studies.contact.amplification import n_runs
 from hpcrub.studies.contact.file import read_trust
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 from hpcrub.studies.contact.survey import n_counted
@@ -72,7 +73,7 @@ class Contact(Study):
 
     def cost(self, config: Config) -> Cost:
         """Cost of every disk at every speed, with checks by half the time step."""
-        n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
+        n_disks = len(config.levels) * len(config.samples) + n_runs(config)
         most = config.mistuning.checked_samples
         half_steps = 2 * (1 + sum(n < most for n in config.samples)) if most else 0
         return Cost(n_disks + half_steps, disks=n_disks)

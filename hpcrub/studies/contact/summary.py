@@ -59,12 +59,13 @@ def tuned_line(file: ResultFile) -> str:
     half = 1e3 * file.read("tuned/half_peak_to_peak_m")[best]
     if np.isfinite(half):
         text += f" (offset included; half of peak to peak {half:.2f} mm)"
-    if not np.isfinite(runs).all() or runs[-1] / runs[0] - 1.0 < 1e-3:
-        return text
-    return (
-        f"{text}; median {file.read('tuned/reference_amplitude_m') * 1e3:.2f} mm of {len(runs)} "
-        f"perturbed tuned runs ({runs[0] * 1e3:.2f} to {runs[-1] * 1e3:.2f} mm)"
-    )
+    if np.isfinite(runs).all() and runs[-1] / runs[0] - 1.0 >= 1e-3:
+        text += (
+            f"; median {file.read('tuned/reference_amplitude_m') * 1e3:.2f} mm of {len(runs)} "
+            f"runs ({runs[0] * 1e3:.2f} to {runs[-1] * 1e3:.2f} mm)"
+        )
+    equal = 1e3 * survey.unstable_peak(file)
+    return text + (f"; the symmetric motion, {equal:.2f} mm, does not stay" if equal > 0.0 else "")
 
 
 def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) -> Table:

@@ -13,6 +13,7 @@ from hpcrub.statistics.percentiles import Z_95, finite, percentile_interval
 from hpcrub.studies.contact import layout
 
 ROWS = 1000  # samples read at once
+NEAR = 0.03  # of the tuned peak: nearer peaks are those of one motion
 ALONE = 0.9  # share of a peak: with both neighbours below, the speed step may miss a higher peak
 
 
@@ -28,6 +29,8 @@ class Survey(NamedTuple):
     largest: float  # largest amplitude [m]
     n_points: int  # number of points, the tuned disk's included
     reasons: np.ndarray  # number of points with each reason
+    growing: int  # peaks at which a wave still grows
+    shows: float  # time at which all waves that still grow will have shown [s]; NaN: none grows
     sweeps: int  # most sweeps of the solver
 
     @property
@@ -42,7 +45,8 @@ def survey(file: ResultFile) -> Survey:
     points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps = int(file.read("tuned/max_sweeps").max())
-    blocks = [np.zeros((5, 0))]  # a column for each peak
+    shows = [file.read("tuned/growth_shows_s")]
+    blocks = [np.zeros((6, 0))]  # a column for each peak
     n = n_counted(file)
     for level, first in product(range(len(points)), range(0, n, ROWS)):
         where = level, slice(first, min(n, first + ROWS))
@@ -55,9 +59,11 @@ def survey(file: ResultFile) -> Survey:
         row, best = np.arange(len(size)), size.argmax(axis=1)
         beside = np.maximum(size[row, best - 1], size[row, np.minimum(best + 1, last)])
         error = file.read("samples/amplitude_error_m", where)[done]
+        grows = file.read("samples/growth_shows_s", where)
+        shows.append(grows.ravel())
         columns = best, size[row, best], beside, states[done][row, best], error[row, best]
-        blocks.append(np.array(columns))
-    best, peak, beside, state, error = np.concatenate(blocks, axis=1)
+        blocks.append(np.array([*columns, np.isfinite(grows[done][row, best])]))
+    best, peak, beside, state, error, growing = np.concatenate(blocks, axis=1)
     ends = ((best == end) & (peak > 0.0) & (last > 0) for end in (0, last))
     lowest, highest = map(int, map(np.count_nonzero, ends))
     alone = int(np.count_nonzero((best > 0) & (best < last) & (beside < ALONE * peak)))
@@ -65,7 +71,10 @@ def survey(file: ResultFile) -> Survey:
     averaged = (state == AVERAGED) & (not wears)
     known = float(np.median(error[averaged] / peak[averaged])) if averaged.any() else np.nan
     n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
-    return Survey(points, peaks, lowest, highest, alone, known, largest, n_points, reasons, sweeps)
+    latest = finite(np.concatenate(shows)).max(initial=-np.inf)
+    growth = int(growing.sum()), latest if np.isfinite(latest) else np.nan
+    ends = peaks, lowest, highest, alone, known, largest, n_points, reasons
+    return Survey(points, *ends, *growth, sweeps)
 
 
 def n_counted(file: ResultFile) -> int:
@@ -107,3 +116,15 @@ def shared_uncertainty(file: ResultFile, name: str = "amplification") -> np.ndar
     low, high = np.ravel(percentile_interval(runs, [50.0], Z_95))
     reference = file.read("tuned/reference_amplitude_m")
     return np.array([1.0 - reference / high, reference / low - 1.0])
+
+
+def unstable_peak(file: ResultFile) -> float:
+    """Peak of a tuned disk of equal blades whose motion does not stay [m]; NaN where it stays.
+
+    It stays where the runs of the reference reach it, or are nearer than NEAR.
+    """
+    if "tuned/symmetric_peak_m" not in file:
+        return np.nan
+    equal, runs = float(file.read("tuned/symmetric_peak_m")), finite(file.read("tuned/run_peaks_m"))
+    off = abs(equal / file.read("tuned/reference_amplitude_m") - 1.0)
+    return equal if off > NEAR and not runs.min() <= equal <= runs.max() else np.nan

@@ -6,7 +6,7 @@ The verdict stands in the summary and in the file; its first lines stand below t
 import numpy as np
 
 from hpcrub.config.text import counted
-from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, GROWING, NOT_STEADY
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
@@ -31,7 +31,7 @@ def short(file: ResultFile) -> list[str]:
 
 
 def _findings(file, counts):
-    config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY])
+    config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY]) - counts.growing
     yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
     lost = sum(survey.n_failed(file, level) for level in config.levels)
     n, missing = n_counted(file), "are missing in all percentiles"
@@ -41,6 +41,8 @@ def _findings(file, counts):
     yield from verdict.without_result(lost, n * len(config.levels), missing)
     yield from _worn_through(file)
     yield from verdict.kinematics(config, counts.largest)
+    growth = counts.growing, int(counts.reasons[GROWING]), counts.n_points, counts.shows
+    yield from verdict.growing(config, *growth)
     yield from verdict.unsettled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from verdict.not_resolved(file.warnings)
@@ -134,7 +136,15 @@ def _errors(file, counts):
 
 def _reference(file):
     """Uncertainty of the tuned disk, to which all amplifications are relative."""
-    runs = finite(file.read("tuned/run_peaks_m"))
+    runs, equal = finite(file.read("tuned/run_peaks_m")), survey.unstable_peak(file)
+    if np.isfinite(equal):
+        yield Finding(
+            REMARK,
+            "a symmetric motion that does not stay",
+            f"the symmetric motion of equal blades, {1e3 * equal:.3g} mm, does not stay: "
+            f"amplitudes are relative to {1e3 * file.read('tuned/reference_amplitude_m'):.3g} mm, "
+            "that of a disk whose blades hardly differ (mistuning.reference)",
+        )
     if len(runs) < 2:
         advice = "the tuned disk was run once; mistuning.tuned_runs say how much A_nl owes to that"
         yield Finding(REMARK, "one tuned run", advice)
@@ -147,7 +157,7 @@ def _reference(file):
         yield Finding(
             SINGLE if max(below, above) > FAR_OFF / 2 else REMARK,
             f"tuned peak known to -{percent(below)} +{percent(above)} %",
-            f"{len(runs)} runs of the tuned disk, less than 3e-4 apart in stiffness, leave all "
+            f"{len(runs)} runs of the tuned disk, which hardly differ in stiffness, leave all "
             f"A_nl uncertain by -{100 * below:.1f} to +{100 * above:.1f} %, which the intervals "
             "contain: more mistuning.tuned_runs",
         )

@@ -1,0 +1,94 @@
+"""Waves of the disk that still grow: whether a motion that looks steady stays.
+
+A periodic motion may be unstable. It is then left exponentially, from the smallest difference
+between blades or from rounding, and its amplitude shows nothing of that until the end. What shows
+it from the beginning is the *change* of every wave, which is its difference between two windows at
+the same angles of rotation: a transient makes it decay, an unstable motion makes it grow, however
+large the forced motion of the same wave is. Each nodal diameter is looked at for itself, because
+those that decay hide those that grow. `docs/steady_state.md` has the measurements.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.model.casing_modes import Pairs
+
+RECORDS = 32  # of a window that count, about
+SPAN = 1.5  # time constants of the slowest mode over which a change must grow
+FEWEST, MOST = 4, 12  # changes that count, at least and at most
+CERTAIN = 3.0  # standard errors by which the rate of growth must differ from 0
+RISE = 0.2  # least growth over these changes, as a logarithm
+FAINT = 1e-10  # of the amplitude: smaller changes are rounding
+SHOWS = 0.03  # of the amplitude: a change that shows
+MIXED = 0.2  # of the amplitude: a larger change is no more the begin of another motion
+
+
+class Waves(NamedTuple):
+    """How to see the waves of disk and casing in the records of a window."""
+
+    order: np.ndarray  # rows of the observed displacements, place by place on every blade (N, P)
+    casing: np.ndarray  # (J,) radial displacement by a unit motion of each pair [1/√kg]
+
+    @classmethod
+    def of(cls, observed_blade: np.ndarray, pairs: Pairs) -> "Waves":
+        """Waves of a disk, whose observed displacements (O,) belong to blades, and of a casing."""
+        rows = np.argsort(observed_blade, kind="stable")
+        by_blade = np.split(rows, np.flatnonzero(np.diff(observed_blade[rows])) + 1)
+        n_places = min(map(len, by_blade))
+        return cls(np.array([of_blade[:n_places] for of_blade in by_blade]), pairs.radial)
+
+    def seen(self, observed: np.ndarray, casing: np.ndarray) -> np.ndarray:
+        """Motion of all waves at the records of a window (B, R, G) [m], complex.
+
+        observed: displacements in B blocks of R records (B, R, O) [m].
+        casing: coordinates of the pairs of the casing (B, R, 2J) [m·√kg].
+        """
+        disk = np.fft.rfft(observed[..., self.order], axis=2) / len(self.order)
+        pairs = self.casing * (casing[..., ::2] + 1j * casing[..., 1::2])
+        return np.concatenate([disk.reshape(*pairs.shape[:2], -1), pairs], axis=2)
+
+
+def record_step(n_blocks: int, per_block: int) -> int:
+    """Step between the records of a block that count; n_blocks: of a window, per_block: records."""
+    return min(max(1, n_blocks * per_block // RECORDS), per_block)
+
+
+class Growth:
+    """Changes of the waves from window to window at one speed."""
+
+    def __init__(self, decay: float, window: float) -> None:
+        """Start without a window; decay: of the slowest transient [1/s]; window: its length [s]."""
+        self.window = window
+        self.n = min(max(FEWEST, math.ceil(SPAN / (decay * window))), MOST)
+        self.changes: list[np.ndarray] = []  # of every wave (G,) [m]
+
+    def see(self, before: np.ndarray, last: np.ndarray) -> None:
+        """Note the motion of the waves in two windows, (B, R, G) each [m]."""
+        change = np.sqrt((np.abs(last - before) ** 2).mean(axis=(0, 1)))
+        self.changes = [*self.changes[1 - self.n :], change]
+
+    @property
+    def largest(self) -> float:
+        """Largest change of a wave in the last window [m]."""
+        return float(self.changes[-1].max())
+
+    def shows(self, time: float, amplitude: float) -> float:
+        """Time since the start at which the fastest growing wave shows [s]; NaN: none grows.
+
+        time: of the last window's end since the start [s]; amplitude: of the motion [m].
+        """
+        change = np.array(self.changes)
+        if len(change) < FEWEST:
+            return math.nan
+        t = np.arange(len(change)) - (len(change) - 1) / 2.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            log = np.log(change)
+            rate = t @ log / (t @ t)
+            rest = log - log.mean(axis=0) - rate * t[:, None]
+            error = np.sqrt((rest**2).sum(axis=0) / (len(t) - 2) / (t @ t))
+            grows = (rate > CERTAIN * error) & (rate * (len(t) - 1) > RISE)
+            grows &= (change[-1] > FAINT * amplitude) & (change[-1] < MIXED * amplitude)
+            to_go = np.log(np.maximum(SHOWS * amplitude / change[-1], 1.0)) / rate
+        return time + self.window * float(to_go[grows].min()) if grows.any() else math.nan
