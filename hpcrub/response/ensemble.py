@@ -7,7 +7,8 @@ many, so that a rule looks at the motion window by window, from the first check 
   much they may differ: the remaining change of a slow transient must be below the change that the
   criteria allow.
 - *averaged*: the mean of the windows' largest displacements has a standard error below `max_error`,
-  and they show no trend. Integration ends, whether the motion would repeat itself later or never.
+  in which a trend counts with all that it still leads away. Integration ends, whether the motion
+  would repeat itself later or never.
 - *not steady*: the time is over before the motion is steady or averaged.
 
 No motion is steady or averaged while a wave of the disk grows (`growth`). Only the later half of
@@ -31,6 +32,7 @@ REPEATED = 0.5  # of the change that the criteria allow: largest change of a wav
 FEWEST = 5  # windows that a mean needs
 SETTLED = 2.0  # time constants of the slowest mode before a motion is averaged
 TREND = 1.7  # standard errors by which a slope must differ from 0 to count as a trend
+TO_GO = 0.4  # share of max_error by which a trend may still lead away from the mean
 MEMORY = 2.0  # time constants of the slowest mode between two windows that are independent
 TWO_SIDED = 0.975  # two standard errors hold 95 %
 
@@ -159,7 +161,8 @@ class Windows(Watch):
             return None
         n = min(max(FEWEST, math.ceil(len(self.sizes) / 2)), len(self.sizes))
         verdict = self._verdict(NOT_STEADY, n)
-        if enough and verdict.error <= self.criteria.max_error * verdict.amplitude:
+        allowed = self.criteria.max_error * verdict.amplitude
+        if enough and verdict.error <= allowed and self._to_go(n) <= TO_GO * allowed:
             return verdict._replace(status=AVERAGED)
         return verdict if over else None
 
@@ -172,15 +175,15 @@ class Windows(Watch):
         error = math.hypot(
             errors * scatter / math.sqrt(n * self.independent),
             self.criteria.max_amplitude_change * mean,
-            self._to_go(amplitudes),
+            self._to_go(n),
         )
         return Verdict(status, last.mean(axis=0), mean, error, scatter)
 
-    def _to_go(self, amplitudes):
-        """How far a trend of amplitudes (n,) still leads away from their mean; 0 without one [m]."""
-        n = len(amplitudes)
+    def _to_go(self, n):
+        """How far a trend of the last n amplitudes still leads away from their mean [m]."""
         if n <= ALIKE:
             return 0.0
+        amplitudes = np.array(self.sizes[-n:]).max(axis=1)
         t = np.arange(n) - (n - 1) / 2.0
         slope = t @ amplitudes / (t @ t)
         rest = amplitudes - amplitudes.mean() - slope * t

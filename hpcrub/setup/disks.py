@@ -15,8 +15,8 @@ from hpcrub.setup.problem import FURTHEST, Model, Problem
 # structure, and large enough for a chaotic motion to take another course before it is judged. (With
 # 1e-6 all runs were still the same when they ended by the rule of the paper.)
 APART = 3e-5
-# Largest deviation of single blades in the runs of one disk. From it a wave that breaks the symmetry
-# takes 9 time constants of its growth to show, from rounding 37.
+# Largest deviation of single blades in the runs of one disk. From it a wave that breaks the
+# symmetry takes 9 time constants of its growth to show, from rounding 37.
 UNLIKE = 1e-4
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # its multiples fill a range evenly, however many there are
 
@@ -31,8 +31,8 @@ class Disks(NamedTuple):
 def run_deviation(config: Config, run: int) -> np.ndarray:
     """Relative change of the blades' stiffness in a run of one disk (N,) [-].
 
-    By `mistuning.reference` the blades differ by up to UNLIKE, or all are stiffer by one share, from
-    0 up to FURTHEST. Then the first ten runs are APART from each other, and all later ones lie
+    By `mistuning.reference` the blades differ by up to UNLIKE, or all are stiffer by one share,
+    from 0 up to FURTHEST. Then the first ten runs are APART from each other, and all later ones lie
     between them: with stiffer and stiffer disks the amplitude of a motion that repeats itself would
     follow the stiffness.
     """

@@ -4,14 +4,19 @@ import numpy as np
 import pytest
 
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.response.ensemble import ALIKE, FEWEST, MEMORY, LastWindow, Windows
+from hpcrub.response.ensemble import ALIKE, FEWEST, MEMORY, LastWindow, Recent, Windows
 from hpcrub.response.steady import SteadyCriteria
 
-CRITERIA = SteadyCriteria(rule="ensemble")
+CRITERIA = SteadyCriteria(rule="ensemble", first_check=0.0)
 T = np.linspace(0.0, 1.0, 200, endpoint=False)
 WAVE = np.sin(2.0 * np.pi * 3.0 * T)
 WINDOW = 0.1  # [s]
 DECAY = MEMORY / WINDOW  # windows are just independent
+
+
+def unchanged():
+    """Waves that are the same in both windows."""
+    return np.zeros((1, 1, 2)), np.zeros((1, 1, 2))
 
 
 def watched(amplitudes, decay=DECAY, alike=False, begin=0.5, kind=Windows, criteria=CRITERIA):
@@ -21,13 +26,14 @@ def watched(amplitudes, decay=DECAY, alike=False, begin=0.5, kind=Windows, crite
     """
     watch, n = kind(criteria, decay, WINDOW), len(amplitudes)
     for k in range(1, n):
-        before, last = (np.array([a / 2, a]) for a in amplitudes[k - 1 : k + 1])
+        sizes = np.array([[a / 2, a] for a in amplitudes[k - 1 : k + 1]])
 
         def signals(tip, k=k):
             assert tip == 1
             return WAVE, WAVE if alike else np.cos(2.0 * np.pi * 3.0 * T) + 0.1 * k
 
-        found = watch.look(before, last, signals, begin + k * WINDOW, over=k == n - 1)
+        recent = Recent(sizes, signals, unchanged)
+        found = watch.look(recent, begin + k * WINDOW, over=k == n - 1)
         if found:
             return found, k + 1
     raise AssertionError("no verdict when the time is over")
@@ -46,8 +52,9 @@ def test_a_blade_that_was_larger_before_keeps_a_motion_from_being_steady():
     """In the first window the start throws one blade far out; the largest one later is another."""
     sizes = [np.array([8.0, 4.0]), *[np.array([3.0, 4.0])] * 5]
     watch = Windows(CRITERIA, DECAY, WINDOW)
-    for k, (before, last) in enumerate(zip(sizes, sizes[1:], strict=False), 1):
-        found = watch.look(before, last, lambda tip: (WAVE, WAVE), k * WINDOW, over=k == 5)
+    for k, pair in enumerate(zip(sizes, sizes[1:], strict=False), 1):
+        recent = Recent(np.array(pair), lambda tip: (WAVE, WAVE), unchanged)
+        found = watch.look(recent, k * WINDOW, over=k == 5)
         if found:
             break
     assert (found.status, found.amplitude) == (STEADY, pytest.approx(4.0))

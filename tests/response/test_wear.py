@@ -12,7 +12,7 @@ from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import wear
-from hpcrub.response.ensemble import Verdict
+from hpcrub.response.ensemble import Recent, Verdict
 from hpcrub.response.history import Follower, integrate
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
@@ -77,7 +77,7 @@ def test_depths_around_the_casing_are_the_largest_of_their_part():
 
 
 def test_a_run_ends_when_nothing_has_worn_for_ten_revolutions():
-    rule, none = SimpleNamespace(verdict=None), (None, None)
+    rule = SimpleNamespace(verdict=None)
     rule.look = lambda *windows: rule.verdict
     followed = wear.Wearing(rule, None)
     for revolution in range(0, 40, 3):
@@ -85,17 +85,17 @@ def test_a_run_ends_when_nothing_has_worn_for_ten_revolutions():
         followed.keep(revolution, np.array([1.0 * revolution]))
     assert followed.growth == 12.0  # the last depth that is ten revolutions old or more
     rule.verdict = Verdict(STEADY, np.ones(1), 1.0, 0.0, 0.0)
-    still, moving = np.array([0.3]), np.array([2.0])
-    assert followed.look(still, still, *none, over=False) is None
-    assert followed.look(still, still, *none, over=True).status == NOT_STEADY
+    still, moving = (Recent(np.full((2, 1), size), None, None) for size in (0.3, 2.0))
+    assert followed.look(still, 9.0, over=False) is None
+    assert followed.look(still, 9.0, over=True).status == NOT_STEADY
     for revolution in range(40, 60, 3):
         followed.see(2.0, 0.1 * revolution)
         followed.keep(revolution, np.array([39.0]))
     assert followed.growth == 0.0
-    assert followed.look(moving, moving, *none, over=False) is rule.verdict
+    assert followed.look(moving, 9.0, over=False) is rule.verdict
     rule.verdict = None
-    assert followed.look(moving, moving, *none, over=False) is None
-    died = followed.look(still, still, *none, over=False)
+    assert followed.look(moving, 9.0, over=False) is None
+    died = followed.look(still, 9.0, over=False)
     assert (died.status, died.amplitude) == (STEADY, 0.3)
     assert (followed.largest, round(followed.time, 9)) == (40.0, 3.9)
 

@@ -72,9 +72,12 @@ def survey(file: ResultFile) -> Survey:
     known = float(np.median(error[averaged] / peak[averaged])) if averaged.any() else np.nan
     n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
     latest = finite(np.concatenate(shows)).max(initial=-np.inf)
-    growth = int(growing.sum()), latest if np.isfinite(latest) else np.nan
-    ends = peaks, lowest, highest, alone, known, largest, n_points, reasons
-    return Survey(points, *ends, *growth, sweeps)
+    return Survey(
+        *(points, peaks, lowest, highest, alone, known, largest, n_points, reasons),
+        growing=int(growing.sum()),
+        shows=float(latest) if np.isfinite(latest) else np.nan,
+        sweeps=sweeps,
+    )
 
 
 def n_counted(file: ResultFile) -> int:
