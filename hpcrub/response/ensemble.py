@@ -24,7 +24,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from hpcrub.contact.status import AVERAGED, GROWING, NONE, NOT_STEADY, STEADY
-from hpcrub.response.growth import Growth
+from hpcrub.response.growth import MEMORY, Growth
 from hpcrub.response.steady import SteadyCriteria, first_windows, is_constant, is_repeated
 
 ALIKE = 3  # windows in succession that agree in a steady motion
@@ -33,7 +33,6 @@ FEWEST = 5  # windows that a mean needs
 SETTLED = 2.0  # time constants of the slowest mode before a motion is averaged
 TREND = 1.7  # standard errors by which a slope must differ from 0 to count as a trend
 TO_GO = 0.4  # share of max_error by which a trend may still lead away from the mean
-MEMORY = 2.0  # time constants of the slowest mode between two windows that are independent
 TWO_SIDED = 0.975  # two standard errors hold 95 %
 
 
@@ -139,12 +138,16 @@ class Windows(Watch):
         shows = self.growth.shows(time, verdict.amplitude)
         if math.isnan(shows):
             return verdict
-        return verdict._replace(status=NOT_STEADY, shows=shows) if over else None
+        if over:
+            return verdict._replace(status=NOT_STEADY, shows=shows)
+        # windows of a motion that is being left say nothing of the one that follows
+        self.alike, self.sizes = 1, self.sizes[-1:]
+        return None
 
     def _found(self, recent, time, over):
         """Verdict on the windows alone, whether a wave grows or not; None: go on."""
         before, last = recent.sizes
-        self.sizes += [last] if self.sizes else [before, last]
+        self.sizes = [*(self.sizes or [before]), last]
         tip = int(np.argmax(last))
         # largest over all tips: at the start another tip may have moved more
         same = is_constant(before.max(), last[tip], self.strict)

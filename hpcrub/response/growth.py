@@ -4,8 +4,9 @@ A periodic motion may be unstable. It is then left exponentially, from the small
 between blades or from rounding, and its amplitude shows nothing of that until the end. What shows
 it from the beginning is the *change* of every wave, which is its difference between two windows at
 the same angles of rotation: a transient makes it decay, an unstable motion makes it grow, however
-large the forced motion of the same wave is. Each nodal diameter is looked at for itself, because
-those that decay hide those that grow. `docs/steady_state.md` has the measurements.
+large the forced motion of the same wave is. In a transient that is not over the *size* of a wave
+drifts, while the largest displacement of all may stand still. Each nodal diameter is looked at for
+itself, because those that decay hide those that grow. `docs/steady_state.md` has the measurements.
 """
 
 import math
@@ -18,11 +19,13 @@ from hpcrub.model.casing_modes import Pairs
 RECORDS = 32  # of a window that count, about
 SPAN = 1.5  # time constants of the slowest mode over which a change must grow
 FEWEST, MOST = 4, 12  # changes that count, at least and at most
-CERTAIN = 3.0  # standard errors by which the rate of growth must differ from 0
+MEMORY = 2.0  # time constants of the slowest mode between two windows that are independent
+CERTAIN = 3.0  # standard errors by which a trend must differ from 0
 RISE = 0.2  # least growth over these changes, as a logarithm
 FAINT = 1e-10  # of the amplitude: smaller changes are rounding
 SHOWS = 0.03  # of the amplitude: a change that shows
 MIXED = 0.2  # of the amplitude: a larger change is no more the begin of another motion
+DRIFT = 0.007  # of the amplitude: change of a wave's size in a time constant, which matters
 
 
 class Waves(NamedTuple):
@@ -56,18 +59,19 @@ def record_step(n_blocks: int, per_block: int) -> int:
 
 
 class Growth:
-    """Changes of the waves from window to window at one speed."""
+    """Changes and sizes of the waves from window to window at one speed."""
 
     def __init__(self, decay: float, window: float) -> None:
         """Start without a window; decay: of the slowest transient [1/s]; window: its length [s]."""
-        self.window = window
-        self.n = min(max(FEWEST, math.ceil(SPAN / (decay * window))), MOST)
+        self.window, self.decayed = window, decay * window
+        self.n = min(max(FEWEST, math.ceil(SPAN / self.decayed)), MOST)
         self.changes: list[np.ndarray] = []  # of every wave (G,) [m]
+        self.sizes: list[np.ndarray] = []  # of every wave (G,) [m]
 
     def see(self, before: np.ndarray, last: np.ndarray) -> None:
         """Note the motion of the waves in two windows, (B, R, G) each [m]."""
-        change = np.sqrt((np.abs(last - before) ** 2).mean(axis=(0, 1)))
-        self.changes = [*self.changes[1 - self.n :], change]
+        self.changes = [*self.changes[1 - self.n :], _rms(last - before)]
+        self.sizes = [*self.sizes[1 - self.n :], _rms(last)]
 
     @property
     def largest(self) -> float:
@@ -79,16 +83,30 @@ class Growth:
 
         time: of the last window's end since the start [s]; amplitude: of the motion [m].
         """
-        change = np.array(self.changes)
+        change, size = np.array(self.changes), np.array(self.sizes)
         if len(change) < FEWEST:
             return math.nan
-        t = np.arange(len(change)) - (len(change) - 1) / 2.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            log = np.log(change)
-            rate = t @ log / (t @ t)
-            rest = log - log.mean(axis=0) - rate * t[:, None]
-            error = np.sqrt((rest**2).sum(axis=0) / (len(t) - 2) / (t @ t))
-            grows = (rate > CERTAIN * error) & (rate * (len(t) - 1) > RISE)
+            rate, error = _trend(np.log(change))
+            grows = (rate > CERTAIN * error) & (rate * (len(change) - 1) > RISE)
             grows &= (change[-1] > FAINT * amplitude) & (change[-1] < MIXED * amplitude)
             to_go = np.log(np.maximum(SHOWS * amplitude / change[-1], 1.0)) / rate
+            slope, error = _trend(size)
+            drifts = np.abs(slope) > CERTAIN * error / math.sqrt(min(1.0, self.decayed / MEMORY))
+            drifts &= np.abs(slope) > DRIFT * amplitude * self.decayed
+        if drifts.any():
+            return time
         return time + self.window * float(to_go[grows].min()) if grows.any() else math.nan
+
+
+def _rms(motion):
+    """Root mean square of every wave (G,) over the records of a window (B, R, G)."""
+    return np.sqrt((np.abs(motion) ** 2).mean(axis=(0, 1)))
+
+
+def _trend(values):
+    """Slope of values (n, G) from window to window, and its standard error, (G,) each."""
+    t = np.arange(len(values)) - (len(values) - 1) / 2.0
+    slope = t @ values / (t @ t)
+    rest = values - values.mean(axis=0) - slope * t[:, None]
+    return slope, np.sqrt((rest**2).sum(axis=0) / (len(t) - 2) / (t @ t))

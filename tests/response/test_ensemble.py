@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.response.ensemble import ALIKE, FEWEST, MEMORY, LastWindow, Recent, Windows
+from hpcrub.response.ensemble import ALIKE, FEWEST, LastWindow, Recent, Windows
+from hpcrub.response.growth import MEMORY
 from hpcrub.response.steady import SteadyCriteria
 
 CRITERIA = SteadyCriteria(rule="ensemble", first_check=0.0)
