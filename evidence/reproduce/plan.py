@@ -18,7 +18,7 @@ class Step(NamedTuple):
     weight: float = 1.0  # times the scale, up to the paper's numbers
 
 
-PAPERS_RULE = {"steady_state.rule": "last_window"}
+PAPERS_RULE = {"steady_state.rule": "last_window", "mistuning.reference": "symmetric"}
 LINEAR = ("mistuning.samples", 10_000, 50)
 RUNS = 65  # of the tuned disk
 CONTACT = ("mistuning.samples", 5_000, 20)

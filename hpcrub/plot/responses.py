@@ -17,6 +17,7 @@ from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import layout, measured, trust
+from hpcrub.studies.contact.survey import unstable_peak
 
 MOST = 20_000  # largest number of samples of a level in the band of a frequency response
 SCATTER = "± standard deviation of the windows"
@@ -63,6 +64,7 @@ def draw_response(
 ) -> None:  # fmt: skip
     """Draw one disk over the speeds, by default its amplitudes; hollow points were not steady.
 
+    Hollow triangles are points at which a wave still grows.
     On a coating amplitudes are the largest at any time, and at hollow points wear had not ended.
     Symbols at zero are speeds without a result, one for each reason.
     """
@@ -80,7 +82,11 @@ def draw_response(
     point_status = file.read(f"{group}/point_status", where)
     unsteady, lost = point_status == NOT_STEADY, point_status == DIVERGED
     reasons = file.read(f"{group}/point_reason", where)
-    _draw_symbol(axes, speeds[unsteady], values[unsteady], "o", colour, "not steady", mfc="w", ms=5)
+    for symbol, words, there in (
+        ("o", "not steady", unsteady & (reasons != status.GROWING)),
+        ("^", "still growing", unsteady & (reasons == status.GROWING)),
+    ):
+        _draw_symbol(axes, speeds[there], values[there], symbol, colour, words, mfc="w", ms=5)
     size = 7 if colour == BLACK else 10  # of two at the same speed both are seen
     for code in np.unique(reasons[lost]):
         at, symbol = speeds[lost & (reasons == code)], LOST[code % len(LOST)]
@@ -102,6 +108,10 @@ def draw_all(axes: Axes, file: ResultFile, name: str | None = None, scale: float
     """Draw the tuned disk, and the random samples or the disk of a pattern, by `draw_response`."""
     draw_samples(axes, file, name, scale)
     draw_response(axes, file, "tuned", (), BLACK, "tuned disk", name, scale)
+    if np.isfinite(unstable_peak(file)) and name in (None, "amplitude_m"):
+        equal = 1e3 * file.read("tuned/symmetric_amplitude_m")
+        words = "equal blades: does not stay"
+        axes.plot(file.read("speeds_hz"), equal, color=BLACK, lw=1.2, ls=":", label=words, zorder=4)
 
 
 def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:
