@@ -28,7 +28,9 @@ from hpcrub.response.growth import MEMORY, Growth
 from hpcrub.response.steady import SteadyCriteria, first_windows, is_constant, is_repeated
 
 ALIKE = 3  # windows in succession that agree in a steady motion
-REPEATED = 0.5  # of the change that the criteria allow: largest change of a wave in windows alike
+# Largest change of a wave in windows alike, of that which the criteria allow: a wave moves a tip by
+# up to 2√2 times its root mean square, and several waves add.
+REPEATED = 0.25
 FEWEST = 5  # windows that a mean needs
 SETTLED = 2.0  # time constants of the slowest mode before a motion is averaged
 TREND = 1.7  # standard errors by which a slope must differ from 0 to count as a trend
@@ -153,8 +155,7 @@ class Windows(Watch):
         same = is_constant(before.max(), last[tip], self.strict)
         same = same and is_repeated(*recent.signals(tip), self.strict)
         same = (
-            same
-            and self.growth.largest <= REPEATED * self.criteria.max_amplitude_change * last[tip]
+            same and self.growth.largest <= REPEATED * self.strict.max_amplitude_change * last[tip]
         )
         self.alike = self.alike + 1 if same else 1
         if self.alike >= ALIKE:
@@ -165,7 +166,8 @@ class Windows(Watch):
         n = min(max(FEWEST, math.ceil(len(self.sizes) / 2)), len(self.sizes))
         verdict = self._verdict(NOT_STEADY, n)
         allowed = self.criteria.max_error * verdict.amplitude
-        if enough and verdict.error <= allowed and self._to_go(n) <= TO_GO * allowed:
+        known = enough and verdict.error <= allowed and self._to_go(n) <= TO_GO * allowed
+        if known and (over or verdict.error <= self.criteria.aim * allowed):
             return verdict._replace(status=AVERAGED)
         return verdict if over else None
 

@@ -21,7 +21,9 @@ class SteadyCriteria(NamedTuple):
     confirmations: int = 1  # checks to pass in succession; the paper asks for 1
     rule: str = "last_window"  # the paper's rule, or "ensemble"
     max_error: float = 0.15  # largest standard error of a mean amplitude, over the mean
-    watches_growth: bool = True  # rule ensemble: whether a motion goes on while a wave grows
+    # the rule ensemble, not set by keys:
+    watches_growth: bool = True  # whether a motion goes on while a wave grows
+    aim: float = 1.0  # part of max_error below which an average ends before its time is over
 
 
 def first_windows(steady: Any, window: float) -> int:

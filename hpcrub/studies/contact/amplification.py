@@ -23,6 +23,7 @@ from hpcrub.studies.contact import layout
 from hpcrub.studies.shared import casing_motion, worn
 
 DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
+AIM = 1.0 / 3.0  # of max_error: error of an average of the tuned disk, which all others share
 ROUNDING = 1e-9  # share of clearance plus casing height up to which a motion is rounding
 
 
@@ -137,15 +138,15 @@ def tuned_run(config: Config, problem: Problem, run: int) -> tuple[Modes, Scene]
     """Modes and scene of a run of the tuned disk.
 
     Where the motion is not periodic, or one of several, its amplitude is one draw of many. The
-    median over the runs is the reference of the amplifications. The run of equal blades keeps its
-    motion, even if it does not stay.
+    median over the runs is the reference of the amplifications, and better known than these. The
+    run of equal blades keeps its motion, even if it does not stay.
     """
-    scene, deviation = problem.scene, np.zeros(config.disk.n_blades)
+    steady, deviation = problem.scene.steady, np.zeros(config.disk.n_blades)
     if run < config.mistuning.tuned_runs:
         deviation = run_deviation(config, run)
-    if run == config.mistuning.tuned_runs or config.mistuning.reference == "symmetric":
-        scene = scene._replace(steady=scene.steady._replace(watches_growth=False))
-    return mistuned_modes(problem.reduced, deviation), scene
+    stays = run < config.mistuning.tuned_runs and config.mistuning.reference == "staying"
+    steady = steady._replace(watches_growth=stays, aim=AIM)
+    return mistuned_modes(problem.reduced, deviation), problem.scene._replace(steady=steady)
 
 
 def join(parts: dict[int, Any]) -> Any:
