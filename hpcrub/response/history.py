@@ -26,6 +26,7 @@ from hpcrub.response.ensemble import Recent, Verdict
 from hpcrub.response.growth import Waves, record_step
 from hpcrub.response.revolution import Grid, cut_revolution, speed_bands
 from hpcrub.response.scene import Scene
+from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import check_blocks
 from hpcrub.response.sweep import Motion
 from hpcrub.response.wear import Wear
@@ -106,7 +107,7 @@ class Follower:
 
     def __init__(self, modes: Modes, scene: Scene, speed_hz: float, duration: float) -> None:
         """Start before the first block; duration: of the history [s]."""
-        grid = cut_revolution(speed_hz, scene)
+        grid, self.modes = cut_revolution(speed_hz, scene), modes
         self.scene, self.speed, self.per_turn = scene, speed_hz, grid.blocks_per_revolution
         self.window = scene.steady.window_revolutions * self.per_turn
         self.checks = checks(speed_hz, duration, scene)
@@ -154,6 +155,16 @@ class Follower:
         """Verdict of a sweep on this speed; not steady where the history ends too early."""
         unknown = np.full(self.scene.interface.observed.shape[0], np.nan)
         return self.verdict or Verdict(NOT_STEADY, unknown, math.nan, math.nan, math.nan)
+
+    def doubt(self, reason: int, share: np.ndarray) -> int:
+        """Reason against the motion in the end, a code of ``status``.
+
+        reason: code of the last Piece; share: (N,) of the last window in which each blade touches.
+        """
+        if status.are_fatal(reason):
+            return reason
+        stuck = permanent_contact(share, self.modes, self.scene, self.speed)
+        return stuck or reason or self.found.reason
 
     @property
     def wear(self) -> Wear:

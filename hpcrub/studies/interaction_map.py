@@ -10,7 +10,6 @@ from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
-from hpcrub.response.sliding import permanent_contact
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
@@ -124,10 +123,7 @@ class InteractionMap(StudyInTime):
             interval = time[1, lane] - time[0, lane]
             last = slice(end - round(config.spectrum.window_s / interval), end)
             window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
-            reason = reasons[end * len(reasons) // len(time) - 1][lane]
-            if not status.are_fatal(reason):
-                reason = permanent_contact(share, modes, scene, speeds[lane]) or reason
-                reason = reason or follower.found.reason
+            reason = follower.doubt(reasons[end * len(reasons) // len(time) - 1][lane], share)
             yield "point_reason", (disk, speed), reason
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):

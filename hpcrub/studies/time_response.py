@@ -12,7 +12,6 @@ from hpcrub.model.casing import ramp
 from hpcrub.response import casing_motion, history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.scene import Scene
-from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import correlation
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
@@ -192,10 +191,8 @@ class TimeResponse(StudyInTime):
         failed = status.are_fatal(reason)
         tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
         window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
-        if not failed:
-            share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
-            reason = permanent_contact(share, modes, scene, speed) or reason
-            reason = reason or followed.found.reason
+        share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
+        reason = followed.doubt(reason, share)
         if task == 0:  # all disks share times and contact points
             yield "time_s", (), time
             if config.disk.n_points != config.disk.n_blades:

@@ -10,7 +10,7 @@ from hpcrub.config.casing import CasingMode
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.setup import input_files
-from hpcrub.setup.disks import deviation, disks, sigma_of
+from hpcrub.setup.disks import deviation, disks, run_deviation, sigma_of
 from hpcrub.studies import open_result
 from tests.program import TINY, refusal, run_here, run_on
 
@@ -176,7 +176,7 @@ def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
     with pytest.raises(InputError, match="5 disks, and a study branches is of one"):
         disks(config)
     first = config.replace({"mistuning.samples": 1})
-    np.testing.assert_array_equal(disks(first), [np.zeros(12), PATTERNS[0] / 100])
+    np.testing.assert_array_equal(disks(first), [run_deviation(first, 0), PATTERNS[0] / 100])
 
 
 @pytest.mark.mpi
@@ -184,7 +184,7 @@ def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, capfd):
     csv_of(tmp_path / "disks.csv", PATTERNS[:2])
     levels = "mistuning: {half_range_percent: [2, 4], samples: 2, checked_samples: 0}"
     for name, pattern in (("all", "disks.csv"), ("one", PATTERNS[1].tolist())):
-        text = TINY.replace(levels, f"mistuning: {{pattern: {pattern}}}")
+        text = TINY.replace(levels, f"mistuning: {{pattern: {pattern}, reference: symmetric}}")
         (tmp_path / f"{name}.yaml").write_text(text)
     run_on(2, "all.yaml", "--output", "all.h5", folder=tmp_path)
     assert run_here("one.yaml", "--output", "one.h5", folder=tmp_path) == 0

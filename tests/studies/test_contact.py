@@ -70,7 +70,8 @@ def test_the_summary_has_the_percentiles_of_every_level(file):
 
 
 def test_without_mistuning_nothing_is_amplified(tiny, folder):
-    assert run_here(tiny, "--set", "mistuning.half_range_percent=[0]") == 0
+    equal = "mistuning.half_range_percent=[0]", "mistuning.reference=symmetric"
+    assert run_here(tiny, *(f"--set={key}" for key in equal)) == 0
     with open_result("results/tiny.h5") as file:
         peak = file.read("tuned/peak_amplitude_m")
         assert (file.read("samples/peak_amplitude_m") == peak).all()  # the same bits

@@ -266,7 +266,7 @@ def test_branches(folder, monkeypatch):
     assert amplitude.shape == (4, 3)
     assert np.isfinite(amplitude).all()
     problem = build_problem(file.config)
-    modes = mistuned_modes(problem.reduced, np.zeros(12))
+    modes = mistuned_modes(problem.reduced, file.read("deviation"))
     rest = run_sweep(modes, problem.scene, file.config.speeds.values_hz)
     np.testing.assert_array_equal(amplitude[0], rest.amplitude)
     assert amplitude[1, 0] == rest.amplitude[0]  # both chains begin at rest
