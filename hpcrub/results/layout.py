@@ -14,7 +14,7 @@ from hpcrub.contact import status
 
 # Number of the layout, an attribute of every file. Whoever changes the name, the dimensions or the
 # meaning of a dataset raises it.
-NUMBER = 4
+NUMBER = 5
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample or task
 OVERHEAD = 1024  # [bytes] of the name and attributes of a dataset, about

@@ -11,7 +11,8 @@ from tests.program import TINY
 
 N = 40  # samples of every level
 EVERYWHERE = [("amplitude_error_m", np.nan), ("amplitude_scatter_m", np.nan), ("point_reason", 0),
-              ("max_sweeps", 1), ("point_status", STEADY)]  # fmt: skip
+              ("max_sweeps", 1), ("growth_shows_s", np.nan),
+              ("point_status", STEADY)]  # fmt: skip
 PHYSICS = TINY[: TINY.index("mistuning")]
 PATTERN = f"mistuning: {{pattern_unit: gpa, pattern: {[205.0, 215.0] * 6}}}\n"
 

@@ -45,7 +45,7 @@ def survey(file: ResultFile) -> Survey:
     points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps = int(file.read("tuned/max_sweeps").max())
-    shows = [_shows(file, "tuned", ())]
+    shows = [file.read("tuned/growth_shows_s")]
     blocks = [np.zeros((6, 0))]  # a column for each peak
     n = n_counted(file)
     for level, first in product(range(len(points)), range(0, n, ROWS)):
@@ -59,7 +59,7 @@ def survey(file: ResultFile) -> Survey:
         row, best = np.arange(len(size)), size.argmax(axis=1)
         beside = np.maximum(size[row, best - 1], size[row, np.minimum(best + 1, last)])
         error = file.read("samples/amplitude_error_m", where)[done]
-        grows = _shows(file, "samples", where)
+        grows = file.read("samples/growth_shows_s", where)
         shows.append(grows.ravel())
         columns = best, size[row, best], beside, states[done][row, best], error[row, best]
         blocks.append(np.array([*columns, np.isfinite(grows[done][row, best])]))
@@ -78,14 +78,6 @@ def survey(file: ResultFile) -> Survey:
         shows=float(latest) if np.isfinite(latest) else np.nan,
         sweeps=sweeps,
     )
-
-
-def _shows(file, group, where):
-    """Times at which growing waves show [s], which files of earlier programs do not have."""
-    name = f"{group}/growth_shows_s"
-    if name in file:
-        return file.read(name, where)
-    return np.full(file.read(f"{group}/point_status", where).shape, np.nan)
 
 
 def n_counted(file: ResultFile) -> int:
