@@ -25,7 +25,7 @@ export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 # Containers set it; then each of the many programs that the tests start compiles every module anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup run test test-faults test-slurm validate stress bench scaling blisk rotor67 reproduce lint reference docs links clean
+.PHONY: help setup run test test-faults staying test-slurm validate stress bench scaling blisk rotor67 reproduce lint reference docs links clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -53,6 +53,9 @@ validate: $(STAMP)  ## hold the kernel against exact solutions, write docs/valid
 
 stress: $(STAMP)  ## thousands of runs in the corners of the input, write docs/stress.md (20 min; ARGS=--fast)
 	@$(VENV_PYTHON) -m evidence.stress $(ARGS)
+
+staying: $(STAMP)  ## follow motions on that are called steady, write docs/staying.md (30 min; ARGS=tuned)
+	@$(VENV_PYTHON) -m evidence.staying $(ARGS)
 
 test-faults: $(STAMP)  ## break disks, files and processes on purpose, write docs/faults.md (20 to 40 min)
 	@$(VENV_PYTHON) -m evidence.faults $(ARGS)
