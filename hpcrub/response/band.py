@@ -303,14 +303,14 @@ class Band:
         n_observed, n_casing = self.bank.scheme.observed.shape[1], self.bank.scheme.casing
         history = self.record.history.reshape(2 * self.window, -1, n_observed, n_lanes)
         casing = self.record.casing.reshape(*history.shape[:2], n_casing, n_lanes)
-        step = record_step(self.window, history.shape[1])
+        step, n_rows = record_step(self.window, history.shape[1]), len(self.modes.observed)
 
         def signals(row):  # places in the ring stand for the blocks of a window
             return tuple(history[window, :, row, lane].ravel() for window in windows)
 
-        def waves():
-            kept = history[:, ::step, :, lane], casing[:, ::step, :, lane]
-            return tuple(self.waves.seen(*(part[w] for part in kept)) for w in windows)
+        def waves(window):
+            kept = history[:, ::step, :n_rows, lane], casing[:, ::step, :, lane]
+            return self.waves.seen(*(part[windows[window]] for part in kept))
 
         recent = Recent(sizes, signals, waves)
         verdict = course.watch.look(recent, course.seconds(now), course.is_over)

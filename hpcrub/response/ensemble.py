@@ -44,8 +44,8 @@ class Recent(NamedTuple):
     sizes: np.ndarray  # largest observed displacements in each (2, O) [m]
     # function that returns the history of one observed displacement in both, (R,) each [m]
     signals: Callable[[int], tuple[np.ndarray, np.ndarray]]
-    # function that returns the motion of the waves in both, (B, R, G) each [m]; see `growth.Waves`
-    waves: Callable[[], tuple[np.ndarray, np.ndarray]]
+    # function that returns the motion of the waves in one of them (R, 2, G) [m]; see `growth.Waves`
+    waves: Callable[[int], np.ndarray]
 
 
 class Verdict(NamedTuple):
@@ -131,7 +131,7 @@ class Windows(Watch):
 
     def look(self, recent: Recent, time: float, over: bool) -> Verdict | None:
         """Judge the motion with its last two windows; see `Watch`."""
-        self.growth.see(*recent.waves())
+        self.growth.see(recent.waves)
         if time < self.first and not over:
             return None
         verdict = self._found(recent, time, over)

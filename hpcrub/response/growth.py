@@ -10,7 +10,8 @@ itself, because those that decay hide those that grow. `docs/steady_state.md` ha
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,26 +32,39 @@ DRIFT = 0.007  # of the amplitude: change of a wave's size in a time constant, w
 class Waves(NamedTuple):
     """How to see the waves of disk and casing in the records of a window."""
 
-    order: np.ndarray  # rows of the observed displacements, place by place on every blade (N, P)
-    casing: np.ndarray  # (J,) radial displacement by a unit motion of each pair [1/√kg]
+    # Fourier series over the blades, a cosine and a sine for every nodal diameter and place of a
+    # blade (O, 2, G), and radial displacement by a unit motion of each pair of the casing (J,)
+    disk: np.ndarray
+    casing: np.ndarray  # [1/√kg]
 
     @classmethod
     def of(cls, observed_blade: np.ndarray, pairs: Pairs) -> "Waves":
-        """Waves of a disk, whose observed displacements (O,) belong to blades, and of a casing."""
+        """Waves of a disk, whose observed displacements (O,) belong to blades, and of a casing.
+
+        Where a blade has more places than others, those beyond are left out.
+        """
         rows = np.argsort(observed_blade, kind="stable")
         by_blade = np.split(rows, np.flatnonzero(np.diff(observed_blade[rows])) + 1)
-        n_places = min(map(len, by_blade))
-        return cls(np.array([of_blade[:n_places] for of_blade in by_blade]), pairs.radial)
+        n_blades, n_places = len(by_blade), min(map(len, by_blade))
+        series = np.fft.rfft(np.eye(n_blades)) / n_blades  # (N, N // 2 + 1)
+        disk = np.zeros((len(rows), 2, series.shape[1], n_places))
+        for blade, of_blade in enumerate(by_blade):
+            for place, row in enumerate(of_blade[:n_places]):
+                disk[row, :, :, place] = series[blade].real, series[blade].imag
+        return cls(disk.reshape(len(rows), 2, -1), pairs.radial)
 
     def seen(self, observed: np.ndarray, casing: np.ndarray) -> np.ndarray:
-        """Motion of all waves at the records of a window (B, R, G) [m], complex.
+        """Motion of all waves at R records of a window (R, 2, G) [m].
 
-        observed: displacements in B blocks of R records (B, R, O) [m].
-        casing: coordinates of the pairs of the casing (B, R, 2J) [m·√kg].
+        observed: displacements (..., O) [m]; casing: coordinates of the pairs (..., 2J) [m·√kg].
         """
-        disk = np.fft.rfft(observed[..., self.order], axis=2) / len(self.order)
-        pairs = self.casing * (casing[..., ::2] + 1j * casing[..., 1::2])
-        return np.concatenate([disk.reshape(*pairs.shape[:2], -1), pairs], axis=2)
+        n, _, n_waves = self.disk.shape
+        moved = observed.reshape(-1, n) @ self.disk.reshape(n, -1)
+        disk = moved.reshape(-1, 2, n_waves)
+        if not len(self.casing):
+            return disk
+        pairs = casing.reshape(len(disk), -1, 2).swapaxes(1, 2) * self.casing
+        return np.concatenate([disk, pairs], axis=2)
 
 
 def record_step(n_blocks: int, per_block: int) -> int:
@@ -65,13 +79,18 @@ class Growth:
         """Start without a window; decay: of the slowest transient [1/s]; window: its length [s]."""
         self.window, self.decayed = window, decay * window
         self.n = min(max(FEWEST, math.ceil(SPAN / self.decayed)), MOST)
+        self.last: Any = None  # motion of the waves in the last window (R, 2, G) [m]
         self.changes: list[np.ndarray] = []  # of every wave (G,) [m]
         self.sizes: list[np.ndarray] = []  # of every wave (G,) [m]
 
-    def see(self, before: np.ndarray, last: np.ndarray) -> None:
-        """Note the motion of the waves in two windows, (B, R, G) each [m]."""
-        self.changes = [*self.changes[1 - self.n :], _rms(last - before)]
-        self.sizes = [*self.sizes[1 - self.n :], _rms(last)]
+    def see(self, waves: Callable[[int], np.ndarray]) -> None:
+        """Note the motion of the waves in a window that follows the one that was noted before.
+
+        waves: function that returns it, (R, 2, G) [m], for the window before (0) and the last (1).
+        """
+        before, self.last = waves(0) if self.last is None else self.last, waves(1)
+        self.changes = [*self.changes[1 - self.n :], _rms(self.last - before)]
+        self.sizes = [*self.sizes[1 - self.n :], _rms(self.last)]
 
     @property
     def largest(self) -> float:
@@ -100,8 +119,8 @@ class Growth:
 
 
 def _rms(motion):
-    """Root mean square of every wave (G,) over the records of a window (B, R, G)."""
-    return np.sqrt((np.abs(motion) ** 2).mean(axis=(0, 1)))
+    """Root mean square of every wave (G,) over the records of a window (R, 2, G)."""
+    return np.sqrt(np.einsum("rcg,rcg->g", motion, motion) / len(motion))
 
 
 def _trend(values):

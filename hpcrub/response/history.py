@@ -144,9 +144,9 @@ class Follower:
         def signals(tip):
             return before[:, :, tip].ravel(), last[:, :, tip].ravel()
 
-        def waves():
+        def waves(window):
             kept = (np.split(part[:, ::step], 2) for part in (observed, casing))
-            return tuple(self.waves.seen(*parts) for parts in zip(*kept, strict=True))
+            return self.waves.seen(*(part[window] for part in kept))
 
         self.verdict = self.watch.look(Recent(sizes, signals, waves), time, over)
 

@@ -15,9 +15,9 @@ WINDOW = 0.1  # [s]
 DECAY = MEMORY / WINDOW  # windows are just independent
 
 
-def unchanged():
+def unchanged(window):
     """Waves that are the same in both windows."""
-    return np.zeros((1, 1, 2)), np.zeros((1, 1, 2))
+    return np.zeros((1, 2, 2))
 
 
 def watched(amplitudes, decay=DECAY, alike=False, begin=0.5, kind=Windows, criteria=CRITERIA):

@@ -35,7 +35,7 @@ def watched(histories, n_windows):
         return waves.seen(motion, np.zeros((1, len(PHASE), 0)))
 
     for k in range(1, n_windows):
-        found.see(seen(k - 1), seen(k))
+        found.see(lambda window, k=k: seen(k - 1 + window))
     return found
 
 
@@ -72,10 +72,17 @@ def test_waves_of_several_places_and_of_unequal_blades():
     """Rows come in any order; where a blade has more places than others, the rest is left out."""
     blade = np.array([2, 0, 1, 0, 1, 2, 2])
     waves = Waves.of(blade, NO_PAIRS)
-    assert np.array_equal(blade[waves.order], [[0, 0], [1, 1], [2, 2]])
-    motion = np.random.default_rng(2).standard_normal((2, 5, len(blade)))
-    seen = waves.seen(motion, np.zeros((2, 5, 0))).reshape(2, 5, 2, 2)
-    assert np.allclose(seen[:, :, 0, 0], motion[..., [1, 2, 0]].mean(axis=2))
+    motion = np.random.default_rng(2).standard_normal((5, len(blade)))
+    seen = waves.seen(motion, np.zeros((5, 0))).reshape(5, 2, 2, 2)  # cosine or sine, wave, place
+    for place, rows in enumerate(([1, 2, 0], [3, 4, 5])):
+        series = np.fft.rfft(motion[:, rows], axis=1) / 3.0
+        assert np.allclose(seen[:, 0, :, place] + 1j * seen[:, 1, :, place], series)
+
+
+def test_waves_of_a_casing_stand_beside_those_of_the_disk():
+    pairs = NO_PAIRS._replace(radial=np.array([2.0, -3.0]))
+    seen = Waves.of(np.arange(3), pairs).seen(np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0, 4.0]]))
+    assert np.array_equal(seen[0, :, 2:], [[2.0, -9.0], [4.0, -12.0]])
 
 
 @pytest.fixture(scope="module")
