@@ -68,6 +68,7 @@ def index_scale(dimension: str, name: str) -> Dataset:
 
 
 POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(status.WORDS))
+PEAK_STATUS = "status of the point of the largest amplitude, as point_status"
 POINT_STATUS = (
     "0 none, 1 steady, 2 not steady within the time limit, 3 no result, as point_reason says: "
     "values are NaN; 4 averaged: followed until the mean of its windows was known"

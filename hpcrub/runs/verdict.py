@@ -122,6 +122,12 @@ def unsettled(
     yield Finding(USELESS if n_lost > FEW * n else SINGLE, why, advice)
 
 
+def unsettled_peaks(config: Config, states: np.ndarray) -> Iterator[Finding]:
+    """Finding about peaks whose motion has not settled; states: codes of ``status``, any shape."""
+    lost, n = (int(np.count_nonzero(there)) for there in (states == NOT_STEADY, states != NO_POINT))
+    yield from unsettled(config, lost, n, "peaks")
+
+
 def growing(
     config: Config, n_peaks: int, n: int, n_points: int, latest: float = np.nan, key: str = TIME_KEY
 ) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from scipy.special import stdtrit
 from hpcrub.config.schema import Config
 from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
-from hpcrub.results.layout import Dataset
+from hpcrub.results.layout import PEAK_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
@@ -82,6 +82,7 @@ LAYOUT = (
             "largest amplitude over the speeds; NaN: not computed, infinite: no result; disk 0: "
             f"tuned; change: {NUMBERED}"),
     Dataset("peak_stress_pa", _CD, "Pa", "largest stress over the speeds"),
+    Dataset("peak_status", _CD, "1", PEAK_STATUS, "u1"),
 )  # fmt: skip
 
 
@@ -118,9 +119,10 @@ class Checklist(Study):
         if change.run:
             own = own + run_deviation(config, change.run)
         with contextlib.suppress(InputError):  # for example more modes than a model has
-            size, stress = peaks_of(config.replace(values), own, poll)
+            size, stress, state = peaks_of(config.replace(values), own, poll)
             yield "peak_amplitude_m", (number, disk), size if np.isfinite(size) else np.inf
             yield "peak_stress_pa", (number, disk), stress
+            yield "peak_status", (number, disk), state
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Lines about the effect of every change."""
@@ -162,6 +164,7 @@ class Checklist(Study):
                 yield Finding(weight, words, f"{words}: {change.key}")
             else:
                 yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
+        yield from verdict.unsettled_peaks(file.config, file.read("peak_status"))
         yield from verdict.kinematics(file.config, size[0][~lost[0]])
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.response.sweep import run_sweep
-from hpcrub.results.layout import DONE, PENDING, Dataset
+from hpcrub.results.layout import DONE, PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
@@ -22,7 +22,7 @@ from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
 from hpcrub.statistics.percentiles import finite
-from hpcrub.studies.contact.amplification import linear_amplitude, peak
+from hpcrub.studies.contact.amplification import linear_amplitude, peak, peak_status
 
 FIRST = 64  # disks of every pattern in the first round
 BLOCK = 32  # disks of a task
@@ -38,6 +38,7 @@ LAYOUT = (
     Dataset("status", _PN, "1", "0 pending, 1 done", "u1"),
     Dataset("contact_amplitude_m", ("pattern", "contact_sample"), "m",
             "largest amplitude in contact over the speeds; NaN: not computed, or none"),
+    Dataset("peak_status", ("pattern", "contact_sample"), "1", PEAK_STATUS, "u1"),
     Dataset("contact_status", ("pattern", "contact_sample"), "1", "0 pending, 1 done", "u1"),
 )  # fmt: skip
 
@@ -178,6 +179,7 @@ class Halving(Job):
             speeds = self.config.speeds.values_hz
             result = run_sweep(modes, self.prepared.scene, speeds, poll)
             yield "contact_amplitude_m", where, peak(result, speeds)[0]
+            yield "peak_status", where, peak_status(result, speeds)
             yield "contact_status", where, DONE
             return
         results = np.empty((2, len(task.disks)))
@@ -294,6 +296,7 @@ class PatternStudy(Study):
         size, done = file.read("contact_amplitude_m"), file.read("contact_status") == DONE
         n_lost, n = (int(np.count_nonzero(done & off)) for off in (~np.isfinite(size), True))
         yield from verdict.without_result(n_lost, n, "are missing in the percentiles in contact")
+        yield from verdict.unsettled_peaks(file.config, file.read("peak_status"))
         yield from verdict.kinematics(file.config, size)
         yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
 

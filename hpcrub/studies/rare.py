@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model import mistuning
 from hpcrub.response.sweep import run_sweep
-from hpcrub.results.layout import DONE, PENDING, Dataset
+from hpcrub.results.layout import DONE, PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
@@ -23,7 +22,7 @@ from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics.percentiles import finite
 from hpcrub.statistics.rare import Counts, Goal, Plan, Rule, count, estimate, n_needed, plan
-from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
+from hpcrub.studies.contact.amplification import amplitudes, peak, peak_status, peak_stress
 from hpcrub.studies.contact.limits import percent, severities, severity
 from hpcrub.studies.threshold import limit_problems
 
@@ -47,7 +46,7 @@ LAYOUT = (
     Dataset("computed", _N, "1", "whether a disk was computed in full", "u1"),
     Dataset("peak_amplitude_m", _N, "m", "largest amplitude of a disk over the speeds"),
     Dataset("peak_stress_pa", _N, "Pa", "largest stress of a disk over the speeds"),
-    Dataset("peak_status", _N, "1", "status of the point of the largest amplitude", "u1"),
+    Dataset("peak_status", _N, "1", PEAK_STATUS, "u1"),
     Dataset("time_s", _N, "s", "simulated time of a disk computed in full, of all speeds"),
     Dataset("status", _N, "1", "0 pending, 1 done", "u1"),
 )
@@ -125,7 +124,7 @@ class Sampling(Job):
                 yield "pilot_peak_hz", sample, at
             yield "peak_amplitude_m", sample, size
             yield "peak_stress_pa", sample, peak_stress(result)
-            yield "peak_status", sample, result.point_status[speeds == at].max(initial=0)
+            yield "peak_status", sample, peak_status(result, speeds)
             yield "time_s", sample, result.time.sum()
         yield "inclusion", sample, inclusion
         yield "computed", sample, int(computed)
@@ -212,8 +211,7 @@ class Rare(Study):
         size, n = file.read("peak_amplitude_m")[computed], int(np.count_nonzero(computed))
         lost = int(np.count_nonzero(~np.isfinite(size)))
         yield from verdict.without_result(lost, n, verdict.BEYOND)
-        unsteady = int(np.count_nonzero(file.read("peak_status")[computed] == NOT_STEADY))
-        yield from verdict.unsettled(config, unsteady, n, "peaks")
+        yield from verdict.unsettled_peaks(config, file.read("peak_status")[computed])
         if speeds.n_values > 1:
             at = file.read("pilot_peak_hz")
             at = at[file.read("peak_amplitude_m")[: len(at)] > 0.0]

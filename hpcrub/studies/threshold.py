@@ -14,7 +14,7 @@ from hpcrub.config.schema import Config
 from hpcrub.config.study_keys import MOST_VALUES
 from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
-from hpcrub.results.layout import PENDING, Dataset
+from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
@@ -46,6 +46,7 @@ LAYOUT = (
     Dataset("crossing", ("end",), "1", "values on either side of the crossing; NaN: none"),
     Dataset("peak_amplitude_m", _VN, "m", "largest amplitude of a disk over the speeds"),
     Dataset("peak_stress_pa", _VN, "Pa", "largest stress of a disk over the speeds"),
+    Dataset("peak_status", _VN, "1", PEAK_STATUS, "u1"),
     Dataset("status", _VN, "1", "0 pending, 1 done", "u1"),
 )
 
@@ -190,9 +191,10 @@ class Threshold(Study):
     def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
         """Compute the largest amplitude and stress of a disk; task: indices of value and disk."""
         here = at_value(config, float(config.threshold.values[task[0]]))
-        size, stress = peaks_of(here, deviation(here, 0, task[1]), poll)
+        size, stress, state = peaks_of(here, deviation(here, 0, task[1]), poll)
         yield "peak_amplitude_m", task, size
         yield "peak_stress_pa", task, stress
+        yield "peak_status", task, state
 
     def is_enough(self, file: ResultFile) -> bool:
         """Whether the search is over."""
@@ -227,6 +229,7 @@ class Threshold(Study):
         computed = np.arange(size.shape[1]) < search.n_done[:, None]
         lost = int(np.count_nonzero(computed & ~np.isfinite(size)))
         yield from verdict.without_result(lost, int(search.n_done.sum()), verdict.BEYOND)
+        yield from verdict.unsettled_peaks(config, file.read("peak_status")[computed])
         yield from verdict.kinematics(config, size)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.linear import linear_peak
@@ -68,15 +68,21 @@ def peak_stress(result: SweepResult) -> float:
     return _largest(result.stress, result.stress)[0]
 
 
-def peaks_of(config: Config, blades: np.ndarray, poll: Poll) -> tuple[float, float]:
-    """Largest amplitude [m] and stress [Pa] of one disk in contact; NaN where there is none.
+def peak_status(result: SweepResult, speeds_hz: np.ndarray) -> int:
+    """Status of the point of the largest amplitude; NO_POINT where there is none."""
+    return int(result.point_status[speeds_hz == peak(result, speeds_hz)[1]].max(initial=NO_POINT))
 
+
+def peaks_of(config: Config, blades: np.ndarray, poll: Poll) -> tuple[float, float, int]:
+    """Largest amplitude [m] and stress [Pa] of one disk in contact, NaN where there is none.
+
+    Also returns the status of the point of the largest amplitude.
     blades: stiffness deviations (N,) [-]. Raises InputError as `build_problem`.
     """
     problem = _problem_of(config.to_yaml())
     speeds = config.speeds.values_hz
     result = run_sweep(modes_of(config, problem, blades), problem.scene, speeds, poll)
-    return peak(result, speeds)[0], peak_stress(result)
+    return peak(result, speeds)[0], peak_stress(result), peak_status(result, speeds)
 
 
 @lru_cache(maxsize=4)
