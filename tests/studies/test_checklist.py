@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hpcrub.config.schema import Config
+from hpcrub.contact.status import STEADY
 from hpcrub.runs import verdict
 from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.studies import open_result
@@ -68,7 +69,8 @@ def test_a_change_counts_where_it_is_more_than_chance(found):
     rows[NUMBER["twice the modes"]] *= [1.5, 0.5, 1.0]
     rows[NUMBER["friction higher by 0.05"]] = np.inf  # no disk has a result
     with open_result(folder / "one.h5", mode="r+") as file:
-        file.write({"peak_amplitude_m": rows}, ())
+        settled = np.full(rows.shape, STEADY)
+        file.write({"peak_amplitude_m": rows, "peak_status": settled}, ())
         lines = verdict.block(STUDY.findings(file))
         file.write({"peak_amplitude_m": before}, ())
     assert "3 of 3 disks have no result with friction higher by 0.05: contact.friction" in lines
