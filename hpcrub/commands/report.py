@@ -5,6 +5,7 @@ import base64
 import contextlib
 import datetime
 import io
+import os
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -38,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", metavar="REPORT.html", help="beside the first file by default")
     options = parser.parse_args(argv)
     target = Path(options.out or f"{without_suffix(options.files[0])}.html")
-    if target.is_file() and not target.read_bytes().startswith(b"<!doctype html>"):
+    if os.path.lexists(target) and not _is_report(target):
         raise InputError(f"{target} is no report, and is not replaced; choose another --out")
     page = render(options.files)
     try:
@@ -47,6 +48,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         raise HpcrubError(f"cannot write {target}: {error.strerror or error}") from None
     say(f"report:  {target}")
     return 0
+
+
+def _is_report(path):
+    with contextlib.suppress(OSError):  # a pipe would never end
+        return os.path.isfile(path) and path.read_bytes().startswith(b"<!doctype html>")
+    return False
 
 
 def render(paths: Sequence[str]) -> str:
