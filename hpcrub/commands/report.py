@@ -111,6 +111,7 @@ def _facts(path):
 def _left_out(config):
     """Return sentences on effects that the model leaves out, unless a key switches them on."""
     contact, limits = config.contact, config.limits
+    slope = config.casing.outline.slope / config.disk.tip_radius
     return lines_of(
         (not config.casing.vibrates,
          "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as "
@@ -127,6 +128,9 @@ def _left_out(config):
          "Blades are plane beams: no torsion, no motion along the axis, no stiffening by "
          "rotation."),
         (True, "Displacements are small: a blade that bends does not get shorter."),
+        (True,
+         f"Contact forces are radial: the casing's slope, up to {slope:.2g} beside a friction of "
+         f"{contact.friction:g}, does not tilt them."),
         (True, "The hub is held: shaft, bearings and whirl are left out."),
         (True, "Every speed begins at rest: the time of a run-up, heat and growth in time are not "
          "followed."),

@@ -48,6 +48,8 @@ def test_the_page_has_the_verdict_and_the_numbers_of_the_file(folder):
     assert "speeds.from_hz" in page  # which differs from its default
     assert "casing.n_bumps</td>" not in page  # which does not
     assert "The casing does not vibrate" in page
+    # of Gaussian bumps of H = 1.25 mm and w = 0.157 rad at H/e: √(2/e) H/w on a radius of 500 mm
+    assert "slope, up to 0.014 beside a friction of 0.15" in page
 
 
 def test_the_page_stands_alone_and_names_are_no_markup(folder):
