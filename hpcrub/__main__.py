@@ -1,15 +1,15 @@
 """The program, as the command `hpcrub`, `python -m hpcrub` or `python main.py`."""
 
 import difflib
+import os
 import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
-from pathlib import Path
 from typing import NoReturn
 
 from hpcrub import __version__
-from hpcrub.errors import InputError
+from hpcrub.errors import InputError, flush
 from hpcrub.ranks import parallel
 
 COMMANDS = {
@@ -25,6 +25,13 @@ COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command, `run` when none is named; returns the exit code."""
+    try:
+        return _command(argv)
+    finally:
+        flush()  # at Python's end nobody could handle a reader that has left, or a full disk
+
+
+def _command(argv):
     if argv is None:  # the process is the program's own, and so are all its signals
         parallel.listen()  # before the libraries of a command are loaded, which takes a second
         if not sys.warnoptions:  # `python -W default` shows the warnings of libraries
@@ -32,9 +39,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv = sys.argv[1:]
     argv = list(argv)
     if argv[:1] in (["-h"], ["--help"]):
-        print(usage())
+        from hpcrub.ranks.progress import say
+
+        say(usage())
         return 0
-    if argv and argv[0].isalpha() and argv[0] not in COMMANDS and not Path(argv[0]).exists():
+    if argv and argv[0].isalpha() and argv[0] not in COMMANDS and not os.path.exists(argv[0]):
         return parallel.alone(lambda: unknown(argv[0]))
     name, *rest = argv if argv and argv[0] in COMMANDS else ("run", *argv)
     module = f"hpcrub.commands.{'import_model' if name == 'import' else name}"

@@ -1,9 +1,12 @@
 """Errors that end the program with one clear line and a distinct exit code."""
 
 import contextlib
+import os
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TextIO
 
 SYSTEM = r"error message = '([^']*)'"  # the operating system's words as HDF5 quotes them
 
@@ -48,11 +51,43 @@ def refuse_endless(path: str | Path) -> None:
 
     Empty files are refused, too: files of the kernel have size zero, and reading them may block.
     """
-    place = Path(path)
-    if place.exists() and not (place.is_file() or place.is_dir()):
+    # methods of Path raise OSError for a name that is too long, or in a folder of somebody else
+    if os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path)):
         raise InputError(f"{path}: is neither a file nor a folder")
-    if place.is_file() and place.stat().st_size == 0:
+    if os.path.isfile(path) and os.path.getsize(path) == 0:
         raise InputError(f"{path}: is empty")
+
+
+def complain(line: str) -> None:
+    """Print a line to standard error; where that cannot be written, nobody can be told."""
+    try:
+        print(line, file=sys.stderr, flush=True)
+    except OSError:
+        _leave_off(sys.stderr)
+
+
+def flush() -> None:
+    """Flush standard output."""
+    try:
+        if sys.stdout:
+            sys.stdout.flush()
+    except OSError as error:
+        print_no_more(error)
+
+
+def print_no_more(error: OSError) -> None:
+    """Leave off printing to standard output, which has failed, and say why.
+
+    A reader that has left, as `head` does, is no failure.
+    """
+    _leave_off(sys.stdout)
+    if not isinstance(error, BrokenPipeError):
+        complain(f"hpcrub: nothing is printed any more: {reason(error)}")
+
+
+def _leave_off(stream: TextIO) -> None:
+    """Send what a stream still holds, and what is printed to it from now on, to nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextlib.contextmanager

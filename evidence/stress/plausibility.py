@@ -264,7 +264,8 @@ def compare(keys: dict[str, Any]) -> Outcome:
         times = {"steady_state.first_check_s": time / 4.0, "steady_state.max_time_s": time}
         config = studies.run_of(config.replace(times)).checked().config
         problem = build_problem(config)
-        said = next(plausibility.warnings(config, problem), "")
+        lines = plausibility.warnings(config, problem)  # a finer step leaves the same forces out
+        said = next((line for line in lines if not line.startswith("steep casing")), "")
         if said:
             return Outcome(keys, said, marked=True)
         fine = config.replace({"time.step_s": config.step / FINER})

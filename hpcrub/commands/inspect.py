@@ -1,14 +1,13 @@
 """`hpcrub inspect FILE.h5 ...`: of which study result files are, how complete, how trustworthy."""
 
 import argparse
-import sys
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from hpcrub.config.schema import Config, differences
 from hpcrub.config.text import one_line
-from hpcrub.errors import InputError
+from hpcrub.errors import InputError, complain
 from hpcrub.ranks.progress import say
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
@@ -29,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 if (file.status == DONE).any():
                     run_of(file.config).study.print_results(file)
         except InputError as error:
-            print(f"hpcrub: error: {error}", file=sys.stderr)
+            complain(f"hpcrub: error: {error}")
             code = error.exit_code
     return code
 

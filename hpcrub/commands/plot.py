@@ -2,14 +2,13 @@
 
 import argparse
 import os
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the environment names
 
-from hpcrub.errors import HpcrubError, InputError
+from hpcrub.errors import HpcrubError, InputError, complain
 from hpcrub.plot import FIGURES, pictures
 from hpcrub.ranks.progress import say
 from hpcrub.studies import open_result
@@ -38,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     code = 0
     for outcome in drawn:
         if isinstance(outcome, HpcrubError):
-            print(f"hpcrub: error: {outcome}", file=sys.stderr)
+            complain(f"hpcrub: error: {outcome}")
             code = max(code, outcome.exit_code)
         else:
             say(str(outcome))

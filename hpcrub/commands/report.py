@@ -5,6 +5,7 @@ import base64
 import contextlib
 import datetime
 import io
+import os
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -38,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", metavar="REPORT.html", help="beside the first file by default")
     options = parser.parse_args(argv)
     target = Path(options.out or f"{without_suffix(options.files[0])}.html")
-    if target.is_file() and not target.read_bytes().startswith(b"<!doctype html>"):
+    if os.path.lexists(target) and not _is_report(target):
         raise InputError(f"{target} is no report, and is not replaced; choose another --out")
     page = render(options.files)
     try:
@@ -47,6 +48,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         raise HpcrubError(f"cannot write {target}: {error.strerror or error}") from None
     say(f"report:  {target}")
     return 0
+
+
+def _is_report(path):
+    with contextlib.suppress(OSError):  # a pipe would never end
+        return os.path.isfile(path) and path.read_bytes().startswith(b"<!doctype html>")
+    return False
 
 
 def render(paths: Sequence[str]) -> str:
@@ -104,6 +111,7 @@ def _facts(path):
 def _left_out(config):
     """Return sentences on effects that the model leaves out, unless a key switches them on."""
     contact, limits = config.contact, config.limits
+    slope = config.casing.outline.slope / config.disk.tip_radius
     return lines_of(
         (not config.casing.vibrates,
          "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as "
@@ -120,6 +128,9 @@ def _left_out(config):
          "Blades are plane beams: no torsion, no motion along the axis, no stiffening by "
          "rotation."),
         (True, "Displacements are small: a blade that bends does not get shorter."),
+        (True,
+         f"Contact forces are radial: the casing's slope, up to {slope:.2g} beside a friction of "
+         f"{contact.friction:g}, does not tilt them."),
         (True, "The hub is held: shaft, bearings and whirl are left out."),
         (True, "Every speed begins at rest: the time of a run-up, heat and growth in time are not "
          "followed."),

@@ -37,7 +37,7 @@ class Coating(Section):
     differ by factors from one coating to the next, and the result depends on them.
     """
 
-    thickness_mm: Number = Field(5.0, gt=0, le=1e3)
+    thickness_mm: Number = Field(5.0, ge=1e-3, le=1e3)
     """thickness of the coating [mm]"""
     young_gpa: Number = Field(1.0, ge=1e-6, le=1e5)
     """its Young's modulus [GPa]"""

@@ -137,6 +137,18 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> No
         np.einsum("fk,ok->fo", kicks, modes.observed, out=moved[:, : len(modes.observed)])
     scheme.step[lane], scheme.clearance[0, lane] = h, scene.clearance
     bank.law.fill(bank, lane, modes, scene)
+    if len(scheme.external):
+        _halve_first_impulse(bank, lane, n_real)
+
+
+def _halve_first_impulse(bank, lane, n_real):
+    """Take half an impulse of the load from a lane at rest (bank is modified).
+
+    A step takes a whole impulse at its begin, of which the first step has the second half alone.
+    """
+    half = bank.scheme.gain[:, lane] * bank.scheme.external[0] / 2.0
+    bank.state.increment[:n_real, lane] -= half[:n_real]
+    bank.state.position[n_real:, lane] -= half[n_real:]  # complex modes, which have no increment
 
 
 def _fill_waves(bank, lane, rows, first, eigenvalue, h):
@@ -174,14 +186,16 @@ def set_motion(
     """Start a filled lane from a motion at the begin of a block (bank is modified).
 
     position: (K,) modal coordinates [m·√kg].
-    velocity: (K,) modal velocities, mean over the step before [m·√kg/s].
+    velocity: (K,) modal velocities, mean over the step before, without a load at time 0 [m·√kg/s].
     time: since the bumps began to grow [s].
     memory: memory of the contact law; None: nothing has touched before.
     """
-    h = bank.scheme.step[lane]
-    bank.state.position[:, lane] = position
-    bank.state.increment[:, lane] = h * velocity
-    bank.state.n_steps[lane] = round(time / h)
+    h, state = bank.scheme.step[lane], bank.state
+    if time > 0.0:  # else the load begins as at rest
+        state.position[:, lane] = state.increment[:, lane] = 0.0
+    state.position[:, lane] += position
+    state.increment[:, lane] += h * velocity
+    state.n_steps[lane] = round(time / h)
     if memory is not None:
         bank.law.remember(lane, memory)
 

@@ -18,8 +18,10 @@ from typing import Any
 import numba
 from numba.core import types
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.dispatcher import Dispatcher
 from numba.core.imputils import lower_getattr
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.cpython.tupleobj import namedtuple_getattr
 
 from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
 from hpcrub.contact.machine import shape
@@ -73,14 +75,19 @@ class _Cache(FunctionCache):
         self._cache_file = IndexDataCacheFile(self._cache_path, base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Compiled code of a signature from the cache, or None."""
+        """Compiled code of a signature from the cache, or None, also where files are damaged."""
         self._take_files(sig)
-        return super().load_overload(sig, target_context)
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # pickle may raise anything on a file that was cut
+            with contextlib.suppress(OSError):
+                self._cache_file.flush()
+            return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Write compiled code to the cache; if that fails, the next run compiles anew."""
         self._take_files(sig)
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(Exception):  # a damaged index that could not be flushed, too
             super().save_overload(sig, data)
 
 
@@ -154,10 +161,19 @@ class _StaticMethods(AttributeTemplate):
     def generic_resolve(self, value: Any, attr: str) -> Any:  # type: ignore[override]
         """Numba type of a method in STATIC_METHODS; None for other attributes."""
         method = getattr(value.instance_class, attr, None) if attr in STATIC_METHODS else None
-        return types.Dispatcher(method) if method else None
+        return types.Dispatcher(method) if isinstance(method, Dispatcher) else None
+
+
+def _lower(name):
+    """Let numba read the attribute ``name`` of a named tuple: a method, or a field elsewhere."""
+
+    def read(context, builder, kind, value):
+        if name in kind.fields:
+            return namedtuple_getattr(context, builder, kind, value, name)
+        return context.get_dummy_value()
+
+    lower_getattr(types.BaseNamedTuple, name)(read)
 
 
 for _name_ in STATIC_METHODS:
-    lower_getattr(types.BaseNamedTuple, _name_)(
-        lambda context, builder, typ, value: context.get_dummy_value()
-    )
+    _lower(_name_)

@@ -172,7 +172,8 @@ def mode_shapes(canvas: Canvas, file: ResultFile, mode: int | None = None) -> No
     diameters, frequencies = _modes(file, "reduced")
     n_blades = file.config.disk.n_blades
     first = [int(np.argmax(diameters[:n_blades] == d)) for d in range(n_blades // 2 + 1)]
-    chosen, n_shapes = first if mode is None else [mode - 1], len(file.read("shapes"))
+    n_shapes = file.shape("shapes")[0]
+    chosen = [k for k in first if k < n_shapes] if mode is None else [mode - 1]
     if mode is not None and not 1 <= mode <= n_shapes:
         raise InputError(f"--mode: {mode} is not a whole number from 1 up to {n_shapes}")
     size = 3.2 if mode is None else 6.5
@@ -193,6 +194,9 @@ def mode_shapes(canvas: Canvas, file: ResultFile, mode: int | None = None) -> No
         panel.set_title(
             f"{diameters[k]} nodal diameters\nmode {k + 1}: {frequencies[k]:.2f} Hz", fontsize=11
         )
+    left_out = [str(d) for d, k in enumerate(first) if k >= n_shapes and mode is None]
+    if left_out:
+        canvas.note(f"The file holds no shapes of {', '.join(left_out)} nodal diameters.")
     if is_solid:
         size_of = "displacement, relative to the largest [-]"
         canvas.colorbar(axes[0].collections[0], axes, label=size_of, shrink=0.6)

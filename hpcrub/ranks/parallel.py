@@ -13,14 +13,13 @@ good order. Any other exception belongs to one rank only, and aborts the job.
 
 import os
 import signal
-import sys
 import time
 import traceback
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from hpcrub.config.text import one_line
-from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
+from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError, complain, flush
 from hpcrub.ranks.dispatch import FROM_ROOT, PAUSE, Dispatcher, Worker
 from hpcrub.ranks.schedule import Assignments, Tasks
 
@@ -80,7 +79,7 @@ def run(program: Callable[["Team"], int]) -> int:
         if isinstance(error, MemoryError):
             _print_error(f"not enough memory: {error}", 0)
         else:
-            traceback.print_exc()
+            complain(traceback.format_exc())
         team.abort(1)
         return 1
     finally:  # the signal that rank 0 has passed on may still be on its way to this rank
@@ -90,8 +89,7 @@ def run(program: Callable[["Team"], int]) -> int:
 
 def leave(code: int) -> None:
     """End this process now, without the exit handlers of Python and of the libraries."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    flush()
     os._exit(code)
 
 
@@ -167,7 +165,7 @@ def _print_error(error, rank):
         kind = "stopped" if isinstance(error, Interrupted) else "error"
         text = one_line(str(error))  # may quote anything from a user's file
         text = text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}..."
-        print(f"hpcrub: {kind}: {text}", file=sys.stderr, flush=True)
+        complain(f"hpcrub: {kind}: {text}")
 
 
 class Team:
@@ -220,8 +218,7 @@ class Team:
 
     def abort(self, code: int) -> None:
         """End all ranks now."""
-        sys.stdout.flush()
-        sys.stderr.flush()
+        flush()
         if self.size > 1:
             self.comm.Abort(code)
 

@@ -1,7 +1,6 @@
 """Progress of a study, in lines that become rarer with time; the console that prints them."""
 
 import io
-import os
 import sys
 import time
 from collections.abc import Iterable
@@ -14,7 +13,7 @@ from rich.table import Table
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
-from hpcrub.errors import reason
+from hpcrub.errors import print_no_more
 from hpcrub.ranks.parallel import launched_size
 from hpcrub.results.layout import FAILED, PENDING
 from hpcrub.statistics.percentiles import finite
@@ -32,9 +31,7 @@ class _Output(Console):
         except SystemExit:  # of rich, for a reader that has left; what follows is printed nowhere
             pass
         except OSError as error:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            text = f"hpcrub: nothing is printed any more: {reason(error)}"
-            print(text, file=sys.stderr, flush=True)
+            print_no_more(error)
 
 
 def console() -> Console:

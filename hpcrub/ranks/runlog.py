@@ -10,14 +10,13 @@ import operator
 import os
 import platform
 import socket
-import sys
 import time
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from hpcrub import __version__
 from hpcrub.config.types import without_suffix
-from hpcrub.errors import Interrupted, reason
+from hpcrub.errors import Interrupted, complain, reason
 
 REASONS = {0: "done", 2: "wrong input", Interrupted.exit_code: "stopped"}
 
@@ -103,8 +102,7 @@ class RunLog:
             with open(self.path, "a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
         except OSError as error:
-            text = f"hpcrub: no run log: {self.path}: {reason(error)}"
-            print(text, file=sys.stderr, flush=True)
+            complain(f"hpcrub: no run log: {self.path}: {reason(error)}")
 
 
 def _now():

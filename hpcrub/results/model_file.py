@@ -26,7 +26,7 @@ def require_free(path: str | Path, overwrite: bool = False) -> None:
         return
     if not overwrite:
         raise InputError(f"{path} exists: --overwrite replaces it")
-    if Path(path).stat().st_size and MARK not in read(path):
+    if os.path.getsize(path) and MARK not in read(path):
         raise InputError(f"{path} is no model file, and is not replaced; choose another output")
 
 

@@ -368,7 +368,7 @@ def _array(path, name, dataset):
 def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:
     """Write arrays by name into a new HDF5 file, compressed. Raises OSError."""
     small = {"compression": "gzip", "compression_opts": 9, "shuffle": True}
-    with h5py.File(path, "w") as file:
+    with h5py.File(path, "w", **SERIAL) as file:
         for name, values in ((name, np.asarray(values)) for name, values in arrays.items()):
             if values.dtype.kind == "U":
                 file[name] = values.item()
@@ -379,8 +379,8 @@ def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:
 def _open_to_read(path):
     try:
         return h5py.File(path, "r")
-    except OSError as error:
-        if OTHER_LOCKING in str(error):  # this process has the file open to write
+    except OSError as error:  # this process has it open to write, or the file system has no locks
+        if OTHER_LOCKING in str(error) or error.errno in ownership.NO_LOCKS:
             return h5py.File(path, "r", **SERIAL)
         raise
 

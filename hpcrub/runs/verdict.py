@@ -13,7 +13,8 @@ from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
 from hpcrub.statistics.percentiles import Z_95, confidence
 
 REMARK, SINGLE, USELESS = range(3)  # weights of a finding
-NOT_RESOLVED = "not resolved"  # first words of warnings of `setup.plausibility` about numbers
+# first words of warnings of `setup.plausibility` that a verdict repeats
+DOUBTFUL = "not resolved", "steep casing"
 MOST = 5  # most lines below a verdict
 FEW = 0.05  # share of points or peaks, or change of a peak, above which a result is useless
 FAR = 0.2  # of the tip radius: larger displacements are beyond a linear model of blades
@@ -52,8 +53,8 @@ def in_words(lines: list[str]) -> Iterator[str]:
 def not_resolved(warnings: list[str]) -> Iterator[Finding]:
     """Findings from warnings of a result file that single numbers may be wrong."""
     for line in warnings:
-        if line.startswith(NOT_RESOLVED):
-            yield Finding(SINGLE, NOT_RESOLVED, line)
+        if (why := line.partition(":")[0]) in DOUBTFUL:
+            yield Finding(SINGLE, why, line)
 
 
 def is_usable(lines: list[str]) -> bool:
@@ -78,9 +79,10 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
         yield Finding(
             SINGLE,
             "large displacements",
-            f"small displacements leave out u²/2R = {1e3 * left_out:.2g} mm, "
-            f"{left_out / reach:.2g} times as much as the casing reaches into the tips' path: "
-            "compare disks by ratios, and sign no millimetres or MPa",
+            f"small displacements leave out that a tip leaves its circle, outwards by u²/2R = "
+            f"{1e3 * left_out:.2g} mm, {left_out / reach:.2g} times as much as the casing reaches "
+            "into the tips' path, and that a bent blade is shorter, by about as much; the sum is "
+            "not known: compare disks by ratios, and sign no millimetres or MPa",
         )
 
 

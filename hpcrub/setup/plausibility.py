@@ -26,6 +26,7 @@ MODES_PER_BLADE = 2  # fixed-interface modes of a planar disk; one more beyond F
 STEPS_PER_REBOUND = 36.0  # time steps while a blade springs back from an elastic casing or coating
 FASTEST_TIP = 800.0  # [m/s]; fans run at 300 to 550
 WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
+STEEP = 0.03  # slope of the casing; friction that differs by it moves a tuned peak by 3 to 12 %
 NOISE = 0.1  # share of the casing's height that blades meet, which smoothing may take away
 TRANSIENT = 0.05  # share of a transient that may be left at the first check of last_window
 LOOKED_AT = 100  # mistuned disks that are checked for flutter without contact before a run
@@ -64,6 +65,7 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _noise_warnings(config)
     if not can_touch(problem.scene):
         return
+    yield from _slope_warnings(config)
     yield from _step_warnings(config, problem)
     yield from _mode_warnings(config, problem)
     tuned = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
@@ -75,6 +77,17 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
 
 def _are_few(steps, wanted):
     return steps < wanted * (1.0 - 1e-9)
+
+
+def _slope_warnings(config):
+    """Warn of a casing whose slope tilts contact forces, which are taken as radial."""
+    slope = config.casing.outline.slope / config.disk.tip_radius
+    if slope > STEEP:
+        yield (
+            f"steep casing: its slope of up to {slope:.2g} would add as much of a contact force to "
+            f"the friction of {config.contact.friction:g} on a way up, and take it on a way down; "
+            "forces are radial here: compare with contact.friction higher and lower by that"
+        )
 
 
 def _step_warnings(config, problem):

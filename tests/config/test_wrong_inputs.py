@@ -39,6 +39,8 @@ WRONG = [
      "disk.blade.thickness_mm: -3 is out of range, allowed is a number above 0"),
     ("material: {damping_ratio: 1}",
      "damping_ratio: 1 is out of range, allowed is a number from 1e-06 and below 1"),
+    ("contact: {coating: {thickness_mm: 1e-300}}",  # whose stiffness would be infinite
+     "thickness_mm: 1e-300 is out of range, allowed is a number from 0.001 up to 1,000"),
     ("time: {step_s: .nan}", "time.step_s: '.nan' is not a number"),
     ("mistuning: {half_range_percent: []}", "mistuning.half_range_percent: [] is not a list of 1"),
     ("mistuning: {half_range_percent: [1, 100]}",

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -184,3 +185,45 @@ def test_a_function_is_compiled_once_for_a_number_that_begins_with_zero():
     assert counted(3) == 3
     counted.recompile()  # code that is loaded from the cache asks for no `next_of`
     assert len(next_of.signatures) == 1
+
+
+class Foreign(NamedTuple):
+    """A tuple of somebody who knows nothing of contact laws, with fields of the same names."""
+
+    total: np.ndarray
+    line: float
+
+
+def test_fields_of_other_named_tuples_are_what_they_were():
+    """Also counted references to arrays: without them the array is freed too early."""
+
+    @numba.njit
+    def summed(n):
+        mine = Foreign(np.arange(n), 0.5)
+        kept = mine.total
+        return kept, mine.line + kept.sum()
+
+    for _ in range(100):
+        kept, value = summed(1000)
+        np.testing.assert_array_equal(kept, np.arange(1000))
+        assert value == 499500.5
+
+
+def test_damaged_compiled_code_is_compiled_anew_and_mended(tmp_path, monkeypatch):
+    (tmp_path / "program.py").write_text(PROGRAM)
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    home = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
+
+    def run():
+        command = [sys.executable, str(tmp_path / "program.py"), "other"]
+        subprocess.run(command, env=home, check=True)
+        return {file: file.read_bytes() for file in (tmp_path / "hpcrub").rglob("*.nb?")}
+
+    before = run()
+    for kind, share in (("nbc", 0.0), ("nbc", 0.5), ("nbi", 0.0), ("nbi", 0.5)):
+        for file, content in before.items():
+            if file.suffix == f".{kind}":
+                file.write_bytes(content[: int(share * len(content))])
+        after = run()
+        assert before.keys() == after.keys()
+        assert all(len(content) > 0.9 * len(before[file]) for file, content in after.items())

@@ -4,12 +4,14 @@ Truth: the rules of the page docs/reference/figures.md.
 """
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 from hpcrub import plot
@@ -48,6 +50,18 @@ def test_a_mode_is_for_figures_that_show_one(modal, folder, capsys):
     assert draw(modal, "--figure", "mode_shapes", "--mode", 400) == 2
     assert draw(lay_out("linear.h5", "study: linear"), "--mode", 3) == 2
     assert "no figure of linear.h5 shows a mode" in capsys.readouterr().err
+
+
+def test_of_many_blades_the_shapes_that_the_file_holds_are_drawn(folder):
+    """It holds 48, and 60 blades have more modes in their first family: it was an IndexError."""
+    Path("a.yaml").write_text("study: modal\ndisk: {n_blades: 60, blade: {n_elements: 1}}\n")
+    assert cli.main(["a.yaml", "--no-figures"]) == 0
+    figure = Figure()
+    plot.mode_shapes("results/a.h5", figure)
+    titles = [int(axes.get_title().split()[0]) for axes in figure.axes if axes.get_title()]
+    note = " ".join(legend.get_title().get_text() for legend in figure.legends)
+    of = re.search("no shapes of (.*) nodal", note.replace("\n", " "))[1]
+    assert sorted(titles + [int(d) for d in of.split(", ")]) == list(range(31))
 
 
 @pytest.mark.parametrize("study", ["modal", "time_response", "patterns"])

@@ -61,6 +61,26 @@ def test_no_output_harms_the_input_or_passes_for_a_figure_or_log(tiny, folder, c
     assert before == (os.listdir(), Path("a.yaml").read_bytes())
 
 
+@pytest.mark.parametrize("words", [
+    ["run", "LONG.yaml"],
+    ["run", "tiny.yaml", "--output", "LONG.h5"],
+    ["run", "tiny.yaml", "--set", "disk.model=LONG.h5"],
+    ["inspect", "LONG.h5"],
+    ["plot", "LONG.h5"],
+    ["report", "LONG.h5"],
+    ["merge", "LONG.h5", "LONG.h5"],
+    ["import", "model", "LONG.h5"],
+    ["import", "calculix", "LONG.inp", "--contact", "TIPS"],
+])  # fmt: skip
+def test_a_name_that_is_too_long_is_one_line(tiny, folder, capfd, words):
+    """Methods of `Path` raise OSError where functions of `os.path` say that there is no file."""
+    assert program([word.replace("LONG", 300 * "x") for word in words]) == 2
+    said = capfd.readouterr().err
+    assert "File name too long" in said
+    assert said.count("\n") == 1
+    assert os.listdir() == ["tiny.yaml"]
+
+
 def in_another_job(path):
     """What another process hears that wants to lock a file: nothing, or the error."""
     program = f"from hpcrub.results.ownership import Lock\nLock({str(path)!r}).release()"

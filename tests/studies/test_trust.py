@@ -148,8 +148,9 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
 
 
 def test_what_was_not_resolved_is_no_single_number():
-    line = "not resolved: 5 time steps per bump width"
-    assert list(not_resolved(["units: rpm", line])) == [Finding(SINGLE, "not resolved", line)]
+    for why in ("not resolved", "steep casing"):
+        line = f"{why}: 5 time steps per bump width"
+        assert list(not_resolved(["units: rpm", line])) == [Finding(SINGLE, why, line)]
 
 
 def test_a_verdict_is_that_of_its_weightiest_finding():
@@ -167,9 +168,16 @@ def test_a_verdict_is_that_of_its_weightiest_finding():
 
 @pytest.mark.parametrize(("millimetres", "weight"), [(5.0, None), (70.0, SINGLE), (101.0, USELESS)])
 def test_motions_outside_small_displacements_are_no_result(millimetres, weight):
-    """Tips of 500 mm radius; u^2/2R of 5 mm is 0.025 mm where the casing reaches in by 1 mm."""
+    """Tips of 500 mm radius; u^2/2R of 5 mm is 0.025 mm where the casing reaches in by 1 mm.
+
+    √(R² + u²) − R of 70 mm is 4.9 mm outwards; a straight clamped blade of the default length is
+    shorter by 0.6 u²/l, so that not even the sign of the sum is that of u²/2R.
+    """
     found = list(kinematics(Config(), millimetres / 1e3))
     assert [finding.weight for finding in found] == ([] if weight is None else [weight])
+    if weight == SINGLE:
+        assert "outwards by u²/2R = 4.9 mm" in found[0].advice
+        assert "shorter, by about as much; the sum is not known" in found[0].advice
 
 
 def test_half_the_step_is_said_beside_the_step(file):

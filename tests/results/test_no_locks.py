@@ -1,0 +1,122 @@
+"""A file system without locks, as NFS without lockd: flock and fcntl give ENOLCK."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from evidence.truth.hexahedra import sector_arrays
+from hpcrub.results import model_file
+from tests.program import ENVIRONMENT, datasets, run, run_on
+
+LIBRARY = r"""
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+
+int flock(int file, int how) { errno = ENOLCK; return -1; }
+
+#define WITHOUT_LOCKS(name)                                                                     \
+  int name(int file, int what, ...) {                                                           \
+    va_list rest;                                                                               \
+    va_start(rest, what);                                                                       \
+    void *more = va_arg(rest, void *);                                                          \
+    va_end(rest);                                                                               \
+    if (what == F_SETLK || what == F_SETLKW || what == F_GETLK) { errno = ENOLCK; return -1; }  \
+    return ((int (*)(int, int, ...))dlsym(RTLD_NEXT, #name))(file, what, more);                 \
+  }
+WITHOUT_LOCKS(fcntl)
+WITHOUT_LOCKS(fcntl64)
+"""
+LOCK = """\
+import sys, time
+from hpcrub.results import ownership
+ownership.BEAT, ownership.SILENCE = 0.5, 3.0
+ownership.Lock(sys.argv[1])
+print("mine", flush=True)
+time.sleep(float(sys.argv[2]))
+"""
+
+
+@pytest.fixture
+def lockless(folder, monkeypatch):
+    """A folder in which programs that are started find no locks."""
+    if not (compiler := shutil.which("cc")):
+        pytest.skip("no C compiler (cc) to build the library that takes the locks away")
+    (folder / "locks.c").write_text(LIBRARY)
+    command = [compiler, "-shared", "-fPIC", "-o", "locks.so", "locks.c", "-ldl"]
+    subprocess.run(command, check=True)
+    monkeypatch.setenv("LD_PRELOAD", str(folder / "locks.so"))
+    return folder
+
+
+@pytest.mark.parametrize("ranks", [0, 2])
+def test_a_study_runs_goes_on_and_is_read(tiny, lockless, ranks):
+    run_on(ranks, tiny, folder=lockless)
+    before = datasets(lockless / "results/tiny.h5")  # of this process, which has locks
+    run_on(ranks, tiny, "--resume", folder=lockless)
+    assert datasets(lockless / "results/tiny.h5") == before
+    code, out, err = run(0, tiny, "--status", folder=lockless)
+    assert (code, err) == (0, "")
+    assert "4 of 4 samples" in out
+    code, out, err = run(0, "inspect", "results/tiny.h5", folder=lockless)
+    assert (code, err) == (0, "")
+    assert "sound" in out
+    assert sorted(os.listdir(lockless / "results")) == ["tiny.h5", "tiny.runs.jsonl"]
+    reading = "import hpcrub; print(hpcrub.open('results/tiny.h5').to_dataframe('samples').size)"
+    (lockless / "read.py").write_text(reading)
+    code, out, err = run(0, folder=lockless, script=lockless / "read.py")
+    assert (code, err) == (0, "")
+    assert int(out) > 0
+
+
+def test_a_model_file_is_written_and_read(lockless):
+    model_file.write("sector.h5", sector_arrays())
+    command = "import", "model", "sector.h5", "--output", "copy.h5"
+    code, _, err = run(0, *command, folder=lockless)
+    assert (code, err) == (0, "")
+    assert model_file.read("copy.h5").keys() >= model_file.read("sector.h5").keys()
+
+
+def job(seconds):
+    """A job that owns result.h5 for some seconds, if it can."""
+    return subprocess.Popen(
+        [sys.executable, "-c", LOCK, "result.h5", str(seconds)],
+        env=os.environ | ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def test_a_second_job_is_kept_off_until_the_first_is_dead(lockless):
+    first = job(60)
+    assert first.stdout.readline() == "mine\n"
+    out, err = job(0).communicate()
+    assert out == ""
+    assert "InputError: result.h5 is in use by another job" in err
+    first.kill()
+    first.wait()
+    out, err = job(0).communicate()
+    assert (out, err.count("\n")) == ("mine\n", 1), err
+
+
+def test_of_jobs_that_begin_together_one_gets_the_file(lockless):
+    jobs = [job(5) for _ in range(4)]
+    assert sorted(one.communicate()[0] for one in jobs) == ["", "", "", "mine\n"]
+
+
+def test_a_job_that_was_suspended_stops_when_another_has_its_file(lockless):
+    first = job(60)
+    assert first.stdout.readline() == "mine\n"
+    first.send_signal(signal.SIGSTOP)
+    second = job(60)
+    assert second.stdout.readline() == "mine\n"
+    first.send_signal(signal.SIGCONT)
+    assert first.wait(timeout=30) == -signal.SIGTERM
+    time.sleep(1.0)
+    assert second.poll() is None
+    second.kill()
