@@ -199,7 +199,7 @@ def test_records_of_a_history_are_as_fine_as_asked(problem, mistuned):
             follower.take(piece, 0)
         time, seen = whole(mistuned, scene, [34.0], 0.1, "time", "observed")
         assert len(time) == history.n_records(34.0, 0.1, scene)
-        found.append((time, seen, np.concatenate([part for part, _ in follower.recent])))
+        found.append((time, seen, np.concatenate([part for part, *_ in follower.recent])))
     (coarse, _, tested), (middle, _, _), (fine, seen, also_tested) = found
     assert middle[1, 0] - middle[0, 0] <= 2.1 * problem.scene.step < coarse[1, 0] - coarse[0, 0]
     np.testing.assert_array_equal(tested, also_tested)

@@ -39,6 +39,10 @@ def blade(folder):
     return folder
 
 
+def read(text):
+    return imported.resolved(Config.from_yaml(text))
+
+
 def run(folder, study, *options):
     (folder / "study.yaml").write_text(f"study: {study}\n" + BRIEF)
     assert run_here("study.yaml", "--output", f"{study}.h5", *options, folder=folder) == 0
@@ -71,11 +75,11 @@ def test_one_blade_is_mistuned_in_its_frequency_alone(blade):
 
 def test_what_one_blade_cannot_have_is_refused(blade):
     assert "disk.n_blades: 1 needs disk.model" in refusal(Config.from_yaml, "disk: {n_blades: 1}")
-    patterns = imported.resolved(Config.from_yaml("study: patterns\n" + BRIEF))
+    patterns = read("study: patterns\n" + BRIEF)
     assert "it has one blade, and patterns are of several" in refusal(run_of(patterns).checked)
     text = BRIEF.replace("half_range_percent: [4], samples: 2, ", "%s, ")
     for keys, words in (
         ("pattern: [1, 2]", "2 values given for the 1 blade of disk.model"),
         ("pattern: [2000], pattern_unit: hz", "the frequency of one blade deviates from no mean"),
     ):
-        assert words in refusal(imported.resolved, Config.from_yaml(text % keys))
+        assert words in refusal(read, text % keys)
