@@ -1,7 +1,7 @@
 """Studies of one blade: of a rod whose motion is published, and of a solid blade on its foot.
 
-Truth: a clamped rod before an elastic stop (Vadcard, Batailly, Thouverez 2022), the closed form of
-a rod, and that the amplification of one blade alone is that of its frequency.
+Truth: a clamped rod before an elastic stop (Vadcard, Batailly, Thouverez 2022), and that a blade
+without neighbours has no nodal diameters, no localisation, and one amplification for all loads.
 """
 
 import numpy as np
