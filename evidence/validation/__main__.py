@@ -14,7 +14,7 @@ from evidence import page, progress
 
 CASES = (  # modules of this folder
     "bouncing_bar", "moving_wall", "cantilever", "full_disk", "linear_load", "energy_audit",
-    "coating", "casing", "sliding", "root_stress",
+    "coating", "casing", "sliding", "root_stress", "clamped_rod",
 )  # fmt: skip
 FAST = ("moving_wall", "linear_load", "energy_audit", "casing")
 

@@ -21,7 +21,7 @@ Millimetres = Annotated[Number, Field(ge=-1e4, le=1e4)]
 Wave = Annotated[Whole, Field(ge=0, le=MOST_WAVES)]
 Degrees = Annotated[tuple[Degree, ...], Field(min_length=4, max_length=MOST_POINTS)]
 Changes = Annotated[tuple[Millimetres, ...], Field(min_length=4, max_length=MOST_POINTS)]
-Clearances = Annotated[tuple[Millimetres, ...], Field(min_length=2, max_length=200)]
+Clearances = Annotated[tuple[Millimetres, ...], Field(min_length=1, max_length=200)]
 Waves = Annotated[tuple[Wave, ...], Field(min_length=1, max_length=50)]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config import aero, resolution
-from hpcrub.config.text import flatten, lines_of, show
+from hpcrub.config.text import counted, flatten, lines_of, show
 
 MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # most time steps of a revolution
@@ -70,6 +70,8 @@ def pattern_problem(values: Any, deviation: np.ndarray, unit: str) -> str:
     largest = 100.0 * float(np.abs(deviation).max())
     lines = lines_of(
         (unit != "percent" and np.min(values) <= 0.0, f"values above 0 are expected in {unit}"),
+        (unit == "hz" and np.shape(values)[-1] == 1,
+         "the frequency of one blade deviates from no mean; give its stiffness in percent"),
         (not largest < 100.0,
          f"the stiffness of a blade deviates by {largest:.6g} % (mistuning.pattern_unit: {unit}); "
          "less than 100 % is allowed"),
@@ -94,6 +96,7 @@ def _disk_problems(c):
     yield from lines_of(
         (d.model_sha256, "disk.model_sha256: goes with disk.model, which is not given"),
         (c.mistuning.by != "blade_stiffness", f"mistuning.by: {c.mistuning.by} needs disk.model"),
+        (d.n_blades == 1, "disk.n_blades: 1 needs disk.model; the planar disk has 2 at least"),
         (hub >= tip, f"disk.hub_radius_mm: {hub} is not below disk.tip_radius_mm, {tip}"),
         (inner >= hub, f"disk.inner_radius_mm: {inner} is not below disk.hub_radius_mm, {hub}"),
         (c.reduction.n_modes > most,
@@ -152,8 +155,8 @@ def _clearance_problems(c):
         return
     if c.disk.is_resolved and len(blades) != c.disk.n_blades:
         yield (
-            f"casing.blade_clearance_mm: {len(blades)} values given for the {c.disk.n_blades} "
-            "blades of the disk"
+            f"casing.blade_clearance_mm: {len(blades)} values given for the "
+            f"{counted(c.disk.n_blades, 'blade')} of the disk"
         )
     if c.casing.is_resolved and _can_be_listed(c.speeds):
         least = 1e3 * c.clearance
@@ -299,7 +302,7 @@ def _pattern_problems(c):
     if len(m.pattern) != c.disk.n_blades and c.disk.is_resolved:
         yield (
             f"mistuning.pattern: {len(m.pattern)} values given for the "
-            f"{c.disk.n_blades} blades of disk.{'model' if c.disk.model else 'n_blades'}"
+            f"{counted(c.disk.n_blades, 'blade')} of disk.{'model' if c.disk.model else 'n_blades'}"
         )
     if problem := pattern_problem(m.pattern, c.pattern_deviation, m.pattern_unit):
         yield f"mistuning.pattern: {problem}"
@@ -324,7 +327,7 @@ def _law_problems(c):
          "mistuning.measured_percent: all values are 0"),
         (beneath and c.disk.is_resolved and c.disk.n_blades % len(beneath),
          f"mistuning.intentional_percent: {len(beneath)} values cannot be repeated around "
-         f"{c.disk.n_blades} blades"),
+         f"{counted(c.disk.n_blades, 'blade')}"),
         (m.largest >= 1.0,
          f"mistuning.intentional_percent: with the half range a blade deviates by "
          f"{100 * m.largest:.4g} %; less than 100 % is allowed"),

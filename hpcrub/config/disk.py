@@ -27,8 +27,8 @@ class Blade(Section):
 class Disk(Section):
     """Dimensions of the bladed disk."""
 
-    n_blades: Whole = Field(12, ge=2, le=200)
-    """number of blades"""
+    n_blades: Whole = Field(12, ge=1, le=200)
+    """number of blades; 1 of a model file only"""
     tip_radius_mm: Number = Field(500.0, gt=0, le=1e5)
     """radius of the tips [mm]"""
     hub_radius_mm: Number = Field(200.0, gt=0, le=1e5)
@@ -47,7 +47,7 @@ class Disk(Section):
     disk and the material are then not used, but for the damping ratio"""
     model_sha256: Checksum | None = None
     """checksum of the model file, filled in when a run begins"""
-    n_contact_nodes: Whole | None = Field(None, ge=2, le=100_000)
+    n_contact_nodes: Whole | None = Field(None, ge=1, le=100_000)
     """of the model file, filled in when a run begins"""
     n_directions: Whole | None = Field(None, ge=2, le=3)
     """in which they move, filled in when a run begins"""

@@ -83,10 +83,13 @@ class Linear(Section):
 
 
 class History(Section):
-    """Length of whole histories."""
+    """Length and records of whole histories."""
 
     duration_s: Number = Field(1.0, gt=0, le=1000)
     """time that time_response and interaction_map simulate [s]"""
+    record_interval_s: Number | None = Field(None, ge=1e-12, le=1)
+    """longest time between two records, in the windows that energy and branches look at, too; one
+    step at least; null: 8e-5, or a 20th of the blades' first period where that is shorter [s]"""
 
 
 class Spectrum(Section):

@@ -51,7 +51,7 @@ FileName = Annotated[
 Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
 _List, _Table = (Tag(kind) for kind in config_text.KINDS)
 _ListOrTable = Discriminator(lambda value: config_text.KINDS[isinstance(value, str)])
-Blades = Annotated[tuple[Number, ...], Field(min_length=2, max_length=200), _List]
+Blades = Annotated[tuple[Number, ...], Field(min_length=1, max_length=200), _List]
 # the values of one disk, or a file of a table with the values of many disks
 Pattern = Annotated[Blades | Annotated[FileName, _Table], _ListOrTable]
 Point = Annotated[tuple[Number, ...], Field(min_length=2, max_length=2)]

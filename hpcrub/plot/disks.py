@@ -107,7 +107,7 @@ def safe_diagram(canvas: Canvas, file: ResultFile) -> None:
     most = n_blades // 2
     first = frequencies[:n_blades]
     both = np.concatenate([first, _modes(file, "reduced")[1][:n_blades]])
-    margin = 0.35 * np.ptp(both)
+    margin = 0.35 * np.ptp(both) or 0.01 * both.min()  # of one blade, reduced elsewhere
     shown = max(SHOWN_HZ, FAMILIES * first.max())
     limits = [(0, shown), (both.min() - margin, both.max() + margin)]
     for panel, (bottom, top) in zip(axes, limits, strict=True):

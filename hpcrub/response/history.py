@@ -1,7 +1,7 @@
 """Whole histories of a contact run: modal coordinates and contact forces, block by block.
 
 A sweep keeps only the records that its test of the steady state needs. This module takes the same
-steps, bit for bit, and keeps every `stride`-th one, at a somewhat higher cost.
+steps, bit for bit, and keeps every `kept`-th one, at a somewhat higher cost.
 """
 
 import math
@@ -54,10 +54,10 @@ class Trace(NamedTuple):
 
     position: np.ndarray  # modal coordinates (R, K, L) [m·√kg]
     observed: np.ndarray  # observed displacements (R·O, L) [m]
-    peak: np.ndarray  # largest |observed displacement| after every ``look``-th step (O, L) [m]
+    peak: np.ndarray  # largest |observed displacement| of looks, then of other records (2·O, L) [m]
     force: np.ndarray  # sums of the multipliers over the steps of a record (R, F, L) [N]
     stride: int
-    look: int
+    look: int  # steps from one look to the next
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -71,9 +71,10 @@ class Trace(NamedTuple):
             for lane in range(len(lanes)):
                 trace.force[record, i, lane] += bank.state.multiplier[i, lane]
         kept = record if (step + 1) % trace.stride == 0 else -1
-        if (step + 1) % trace.look == 0:
+        other = (step + 1) % trace.look != 0
+        if kept >= 0 or not other:
             seen = trace.observed, trace.peak
-            n_active = record_displacements(lanes, bank, *seen, kept, 0, n_active)
+            n_active = record_displacements(lanes, bank, *seen, kept, int(other), n_active)
         correct(lanes, bank.scheme, bank.state, n_active)
         if kept < 0:
             return 0
@@ -86,7 +87,7 @@ class Trace(NamedTuple):
 def n_records(speed_hz: float, duration: float, scene: Scene) -> int:
     """Number of records that `integrate` yields for a speed [Hz] and a duration [s]."""
     grid = cut_revolution(speed_hz, scene)
-    return n_blocks(speed_hz, duration, grid) * (grid.steps_per_block // grid.stride)
+    return n_blocks(speed_hz, duration, grid) * (grid.steps_per_block // grid.kept)
 
 
 def n_blocks(speed_hz: float, duration: float, grid: Grid) -> int:
@@ -110,6 +111,8 @@ class Follower:
         grid, self.modes = cut_revolution(speed_hz, scene), modes
         self.scene, self.speed, self.per_turn = scene, speed_hz, grid.blocks_per_revolution
         self.window = scene.steady.window_revolutions * self.per_turn
+        every = grid.stride // grid.kept
+        self.seen = slice(every - 1, None, every)  # records of a sweep among those of a history
         self.checks = checks(speed_hz, duration, scene)
         self.n_blocks = n_blocks(speed_hz, duration, grid)
         self.watch = watch_of(modes.at(speed_hz), scene, speed_hz)
@@ -125,7 +128,8 @@ class Follower:
             return
         self.n_taken += 1
         peak = piece.peak[:, lane]
-        self.recent.append((piece.observed[:, :, lane], piece.casing[:, :, lane], peak))
+        observed, casing = (part[self.seen, :, lane] for part in (piece.observed, piece.casing))
+        self.recent.append((observed, casing, peak))
         time = self.n_taken / (self.speed * self.per_turn)
         if self.watch.always:
             self.watch.see(float(peak.max()), time)
@@ -222,15 +226,15 @@ def integrate(
 
 def _piece(bank, modes, scene, grid, n_speeds):
     """Integrate one block into a Piece, without its reasons (bank is modified)."""
-    n_records, width = grid.steps_per_block // grid.stride, len(LANES)
+    n_records, width = grid.steps_per_block // grid.kept, len(LANES)
     n_observed, n_columns = len(modes.observed), bank.scheme.observed.shape[1]
     position = np.empty((n_records, len(bank.state.position), width))
-    observed, peak = (np.zeros((n * n_columns, width)) for n in (n_records, 1))
+    observed, peak = (np.zeros((n * n_columns, width)) for n in (n_records, 2))
     force = np.zeros((n_records, len(bank.state.multiplier), width))
     started = bank.state.n_steps[:n_speeds].copy()
-    run(bank, 1, Trace(position, observed, peak, force, grid.stride, grid.look))
-    steps = started + grid.stride * np.arange(1, n_records + 1)[:, None]
-    force = force[:, :, :n_speeds] / grid.stride
+    run(bank, 1, Trace(position, observed, peak, force, grid.kept, grid.look))
+    steps = started + grid.kept * np.arange(1, n_records + 1)[:, None]
+    force = force[:, :, :n_speeds] / grid.kept
     normal, tangential, axial = bank.law.forces_on_points(force, scene)
     time = steps * bank.scheme.step[:n_speeds]
     parts = modes.of_rows(np.moveaxis(position[:, :, :n_speeds], 1, 2))

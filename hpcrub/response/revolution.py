@@ -22,6 +22,7 @@ class Grid(NamedTuple):
     blocks_per_revolution: int
     stride: int  # steps from one record to the next
     look: int = 1  # steps from one look at the displacements to the next, a divisor of the stride
+    kept: int = 1  # steps from one record of a history to the next, a divisor of the stride
 
     @property
     def steps_per_block(self) -> int:
@@ -66,6 +67,10 @@ def cut_revolution(speed_hz: float, scene: Any) -> Grid:
         stride -= 1
     unit = math.lcm(blocks * stride, scene.divisor)
     n_steps = math.ceil(n_steps / unit) * unit
-    most = max(1.0, scene.look_interval * lowest * n_steps * (1.0 + 1e-12))
-    look = max(d for d in range(1, stride + 1) if stride % d == 0 and d <= most)
-    return Grid(n_steps, blocks, stride, look)
+
+    def divisor(interval):
+        most = max(1.0, interval * lowest * n_steps * (1.0 + 1e-12))
+        return max(d for d in range(1, stride + 1) if stride % d == 0 and d <= most)
+
+    look, kept = divisor(scene.look_interval), divisor(scene.history_interval)
+    return Grid(n_steps, blocks, stride, look, kept)

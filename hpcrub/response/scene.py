@@ -42,6 +42,7 @@ class Scene(NamedTuple):
     step: float = 1e-6  # [s], an upper bound
     least_steps: float = 0.0  # steps of a revolution, a lower bound
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
+    history_interval: float = math.inf  # [s] between two records of a history, likewise
     look_interval: float = 0.0  # [s] between displacements of which the largest counts, likewise
     steady: SteadyCriteria = SteadyCriteria()
     observes_stress: bool = False  # whether to follow the stresses of the interface, too

@@ -124,6 +124,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
+        history_interval=config.history.record_interval_s or math.inf,
         look_interval=resolution.look_interval(config),
         steady=SteadyCriteria(*(getattr(steady, name) for name in CRITERIA)),
         observes_stress=config.observes_stress,
@@ -161,5 +162,6 @@ def time_grid(config: Config) -> Any:
         repeats=math.gcd(config.casing.shape.repeats, load_order or 0),
         divisor=config.disk.n_blades if config.contact.wears else 1,
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
+        history_interval=config.history.record_interval_s or math.inf,
         look_interval=resolution.look_interval(config),
     )

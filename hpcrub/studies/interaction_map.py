@@ -81,7 +81,7 @@ class InteractionMap(StudyInTime):
         """Keys that do not fit this study."""
         lowest = config.speeds.from_hz
         grid = cut_revolution(lowest, time_grid(config))
-        longest = grid.stride / (lowest * grid.steps_per_revolution)  # between two records [s]
+        longest = grid.kept / (lowest * grid.steps_per_revolution)  # between two records [s]
         if config.spectrum.window_s > config.history.duration_s:
             yield (
                 f"spectrum.window_s: {config.spectrum.window_s} is more than "

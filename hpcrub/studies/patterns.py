@@ -226,6 +226,8 @@ class PatternStudy(Study):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
+        if config.disk.is_resolved and config.disk.n_blades == 1:
+            yield "disk.model: it has one blade, and patterns are of several"
         if len(config.mistuning.half_range_percent) != 1:
             yield "mistuning.half_range_percent: a study of patterns is of one level"
         if config.mistuning.pattern is not None or config.mistuning.intentional_percent:

@@ -215,7 +215,8 @@ class TimeResponse(StudyInTime):
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)
             yield from worn.of_speed(followed.wear, task)
-        yield from _tests(followed, task, tangential, len(time) // followed.n_blocks)
+        seen = tangential[followed.seen]
+        yield from _tests(followed, task, seen, len(seen) // followed.n_blocks)
         if not status.are_fatal(reason):
             yield from _judged(followed, task)
 

@@ -185,3 +185,27 @@ def test_spectrum_of_a_known_signal():
     amplitude = interaction_map.spectrum(signal[:, None], 1e-4, spectrum)[0]
     assert amplitude[[80, 141]] == pytest.approx([2.0, 0.5], rel=1e-3)
     assert amplitude[[0, 60, 110, 200]] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_records_of_a_history_are_as_fine_as_asked(problem, mistuned):
+    """The same steps and verdict; the largest record grows to the largest of all steps."""
+    every_step = problem.scene._replace(look_interval=0.0)
+    (peak,) = whole(mistuned, every_step, [34.0], 0.1, "peak")
+    found = []
+    for interval in (np.inf, 2.1 * problem.scene.step, problem.scene.step):
+        scene = problem.scene._replace(history_interval=interval)
+        follower = history.Follower(mistuned, scene, 34.0, 0.1)
+        for piece in history.integrate(mistuned, scene, [34.0], 0.1):
+            follower.take(piece, 0)
+        time, seen = whole(mistuned, scene, [34.0], 0.1, "time", "observed")
+        assert len(time) == history.n_records(34.0, 0.1, scene)
+        found.append((time, seen, np.concatenate([part for part, *_ in follower.recent])))
+    (coarse, _, tested), (middle, _, _), (fine, seen, also_tested) = found
+    assert middle[1, 0] - middle[0, 0] <= 2.1 * problem.scene.step < coarse[1, 0] - coarse[0, 0]
+    np.testing.assert_array_equal(tested, also_tested)
+    every = len(fine) // len(coarse)
+    assert every == 4
+    np.testing.assert_array_equal(fine[every - 1 :: every], coarse)
+    np.testing.assert_array_equal(seen[every - 1 :: every], found[0][1])
+    sizes = [np.abs(records).max() for _, records, _ in found]
+    assert sizes[0] < sizes[1] <= sizes[2] == peak.max()
