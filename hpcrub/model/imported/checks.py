@@ -15,6 +15,7 @@ HEAVIEST = 3e4  # [kg/m3] mass over the volume of the space that the disk sweeps
 RIGID = 1e-3  # residual of a row, as a share of its entries, above which it is unbalanced
 UNBALANCED = 0.5  # share of unbalanced rows above which K is no stiffness of a body
 CLEARANCE = 0.1  # of the tip radius; a larger clearance comes from wrong units
+STATIC = 1e4, 1e10  # [Pa] a largest stress of rotation outside comes from wrong units
 TIP = 0.2  # contact nodes lie in this outer part of the radii
 
 
@@ -45,6 +46,7 @@ def check(model: NeutralModel) -> Findings:
             f"{model.contact_node[worst]} is more than a tenth of the tip radius; are the units "
             "those of the file?"
         )
+    _check_stress(model)
     if model.kind == "reduced":
         if not np.linalg.eigvalsh(model.mass)[0] > 0.0:
             raise InputError("M: the mass matrix is not positive definite")
@@ -122,6 +124,22 @@ def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
     force, size = np.abs(K @ rigid), abs(K) @ np.abs(rigid)
     size = np.where(size > 1e-12 * size.max(axis=0), size, np.inf)
     return (force / size).max(axis=1)
+
+
+def _check_stress(model):
+    lost = np.flatnonzero(np.asarray(abs(model.stress).sum(axis=1)) == 0.0)
+    if len(lost):
+        raise InputError(
+            f"stress: the row of place {lost[0]} is zero, no motion would cause a stress there; "
+            "leave it out, or print fewer modes if all of its modes are zero"
+        )
+    largest = float(np.abs(model.stress_static).max(initial=0.0))
+    if largest and not STATIC[0] <= largest <= STATIC[1]:
+        raise InputError(
+            f"stress_static: up to {1e-6 * largest:.3g} MPa; {1e-6 * STATIC[0]:g} to "
+            f"{1e-6 * STATIC[1]:,.0f} MPa are expected of the rotation; are the units those of "
+            "the file, or of --table-units?"
+        )
 
 
 def _check_mass(model, mass, radius):
