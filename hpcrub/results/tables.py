@@ -20,8 +20,8 @@ def read(path: str | Path, most: int = MOST_ROWS) -> tuple[tuple[str, ...], np.n
     """
     with reading(path):
         with open(path, "rb") as file:  # count first: reading takes far longer
-            rows = (line for line in file if line.strip() and not line.lstrip().startswith(b"#"))
-            too_many = any(itertools.islice(rows, most + 1, None))  # one may have the names
+            full = (line for line in file if line.strip() and not line.lstrip().startswith(b"#"))
+            too_many = any(itertools.islice(full, most + 1, None))  # one may have the names
         text = "" if too_many else Path(path).read_text("utf-8-sig")
     if too_many:
         raise InputError(f"{path}: more than {most:,} rows, the most that are allowed here")
