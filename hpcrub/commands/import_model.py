@@ -259,13 +259,7 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
         yield f"blades: {n_modes} cantilever modes each alone; mistuning.by: cantilever_modes"
     if n_places := len(model.stress_blade):
         if model.kind == "reduced":
-            size = 1e-9 * stress.largest(model, 2 * np.pi * options.speed_hz)
-            yield f"largest stress of the modes of the first family: {size:.4g} MPa per mm of a tip"
-            if not PER_TIP[0] <= size <= PER_TIP[1]:
-                raise InputError(
-                    f"stress: {size:.3g} MPa per mm of a tip in the first family, which no blade "
-                    "has; are the units those of the file, or of --table-units?"
-                )
+            yield _of_tips(model, options)
         of = len(np.unique(model.stress_blade)) if model.kind != "sector" else 1
         static = f", of the rotation up to {1e-6 * model.stress_static.max(initial=0.0):.4g} MPa"
         yield (
@@ -277,6 +271,17 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
         yield "centrifugal stiffening: none, the stiffness is that of one speed"
     if getattr(options, "stiffness", None):
         yield from _between_speeds(model)
+
+
+def _of_tips(model, options):
+    """Largest stress of the first family, in words. Raises InputError for one of wrong units."""
+    size = 1e-9 * stress.largest(model, 2 * np.pi * options.speed_hz)
+    if not PER_TIP[0] <= size <= PER_TIP[1]:
+        raise InputError(
+            f"stress: {size:.3g} MPa per mm of a tip in the first family, which no blade has; are "
+            "the units those of the file, or of --table-units?"
+        )
+    return f"largest stress of the modes of the first family: {size:.4g} MPa per mm of a tip"
 
 
 def _between_speeds(model):
