@@ -4,6 +4,7 @@ import contextlib
 import os
 import re
 import sys
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
@@ -92,10 +93,16 @@ def _leave_off(stream: TextIO) -> None:
 
 @contextlib.contextmanager
 def reading(path: str | Path) -> Iterator[None]:
-    """Turn whatever goes wrong in reading a user's file into an InputError that names the file."""
+    """Turn whatever goes wrong in reading a user's file into an InputError that names the file.
+
+    Warnings of libraries are not shown: what cannot be used is refused in one line.
+    """
     refuse_endless(path)
     try:
-        yield
+        with warnings.catch_warnings():
+            if not sys.warnoptions:  # as `python -W default` sets them
+                warnings.simplefilter("ignore")
+            yield
     except HpcrubError:
         raise
     except Exception as error:  # a reader may raise anything on damage that nobody foresaw

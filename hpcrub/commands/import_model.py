@@ -10,6 +10,7 @@ from hpcrub.config.text import counted
 from hpcrub.errors import InputError, reading
 from hpcrub.model import crossings, families
 from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced, stress
+from hpcrub.model.imported.arrays import Arrays
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import Lists, whole
@@ -18,6 +19,7 @@ from hpcrub.results import model_file, tables
 
 HALF_RANGE, DAMPING = 0.01, 0.005  # mistuning and damping in the sentence on coupling
 LEAN = 1e-3  # lift by friction, below which blades count as straight: they move neither in nor out
+PER_TIP = 1e-2, 1e6  # [MPa/mm] a stress of a first family outside comes from wrong units
 BETWEEN = 1.0  # [%] error of a frequency between the speeds of --stiffness that gives a warning
 
 
@@ -71,6 +73,10 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument(
         "--static", metavar="TABLE.csv", help="stress of the rotation, a line for each place"
     )
+    one.add_argument(
+        "--table-units", metavar="UNITS",
+        help='of these tables: "mm t s" for MPa and MPa per mm, "m kg s" for Pa and Pa per m',
+    )  # fmt: skip
     _add_common(one)
     return top
 
@@ -131,12 +137,8 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
 def _arrays(options):
     if options.format == "model":
         arrays = model_file.read(options.source)
-        if options.stress:
-            values = tables.read(options.stress)[1]
-            of = f"{options.stress}, first column, the blade from 0"
-            arrays["stress_blade"], arrays["stress"] = whole(values[:, 0], of), values[:, 1:]
-        if options.static:
-            arrays["stress_static"] = tables.read(options.static)[1][:, 0]
+        if options.stress or options.static:
+            _add_stresses(arrays, options)
         return arrays
     if options.format == "matrixmarket":
         return matrix_market.read(options.source, options.sectors)
@@ -150,6 +152,35 @@ def _arrays(options):
         return calculix.read(options.source, lists, *others, options.stress)
     module = {"ansys": ansys, "nastran": nastran}[options.format]
     return module.read(options.source, options.mesh, lists, *others)
+
+
+def _add_stresses(arrays, options):
+    """Add tables of stress to the arrays of a model file, in the units of the file."""
+    if not options.table_units:
+        raise InputError(
+            "--table-units: the tables of --stress and --static do not tell their units: "
+            '"mm t s" for MPa and MPa per mm, "m kg s" for Pa and Pa per m'
+        )
+    there = Arrays(arrays)
+    own = np.array(neutral.units(options.units or there.text("units", neutral.SI)))
+    length, mass, time = neutral.units(options.table_units, "--table-units") / own
+    unit = mass / (length * time**2)
+    if options.stress:
+        dof, values = there.integers("dof", 2), tables.read(options.stress)[1]
+        _require_columns(options.stress, values, 1 + len(dof))
+        of = f"{options.stress}, first column, the blade from 0"
+        arrays["stress_blade"] = whole(values[:, 0], of)
+        rotates = np.isin(dof[:, 1], neutral.ROTATIONS)
+        arrays["stress"] = values[:, 1:] * np.where(rotates, unit, unit / length)
+    if options.static:
+        values = tables.read(options.static)[1]
+        _require_columns(options.static, values, 1)
+        arrays["stress_static"] = unit * values[:, 0]
+
+
+def _require_columns(path, values, n):
+    if values.shape[1] != n:
+        raise InputError(f"{path}: {values.shape[1]} columns, {n} are expected")
 
 
 def _speed(text):
@@ -227,6 +258,8 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
         n_modes = model.blade_frequencies.shape[1]
         yield f"blades: {n_modes} cantilever modes each alone; mistuning.by: cantilever_modes"
     if n_places := len(model.stress_blade):
+        if model.kind == "reduced":
+            yield _of_tips(model, options)
         of = len(np.unique(model.stress_blade)) if model.kind != "sector" else 1
         static = f", of the rotation up to {1e-6 * model.stress_static.max(initial=0.0):.4g} MPa"
         yield (
@@ -238,6 +271,17 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
         yield "centrifugal stiffening: none, the stiffness is that of one speed"
     if getattr(options, "stiffness", None):
         yield from _between_speeds(model)
+
+
+def _of_tips(model, options):
+    """Largest stress of the first family, in words. Raises InputError for one of wrong units."""
+    size = 1e-9 * stress.largest(model, 2 * np.pi * options.speed_hz)
+    if not PER_TIP[0] <= size <= PER_TIP[1]:
+        raise InputError(
+            f"stress: {size:.3g} MPa per mm of a tip in the first family, which no blade has; are "
+            "the units those of the file, or of --table-units?"
+        )
+    return f"largest stress of the modes of the first family: {size:.4g} MPa per mm of a tip"
 
 
 def _between_speeds(model):

@@ -28,7 +28,7 @@ class AeroWave(Section):
 class Influence(Section):
     """What the motion of one blade does to another, as a part of damping and frequency."""
 
-    blades: Annotated[int, Field(ge=-500, le=500)] = 0
+    blades: Annotated[Whole, Field(ge=-500, le=500)] = 0
     """how many blades ahead in the direction of rotation the blade is that moves [-]"""
     damping_ratio: Share = 0.0
     """part in the damping ratio; of the blade itself the mean of all waves [-]"""

@@ -11,6 +11,7 @@ from hpcrub.config.text import counted, flatten, lines_of, show
 
 MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # most time steps of a revolution
+LARGEST_DAMPING = 0.1  # ratio that blades may have, air and dampers included
 ALIKE = 1.1  # frequency ratio below which casing modes of equal wave numbers are one pair
 BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # endings of figures and logs
 
@@ -52,6 +53,21 @@ def idle(c: Any) -> Iterator[str]:
     for key, holds, why in rules:
         if holds and given[key] != usual[key]:
             yield f"{key}: {show(given[key])} has no effect: {why}"
+
+
+def doubtful(c: Any) -> Iterator[str]:
+    """Yield lines about numbers that no rotor has and that wrong units give."""
+    m = c.material
+    for key, ratios in (
+        ("material.damping_ratio", m.damping_ratios or (m.damping_ratio,)),
+        ("aero.waves", [wave.damping_ratio for wave in c.aero.waves]),
+        ("aero.influence", [part.damping_ratio for part in c.aero.influence]),
+    ):
+        if (ratio := max(map(abs, ratios), default=0.0)) > LARGEST_DAMPING:
+            yield (
+                f"units: {key}: {ratio:g} is {100 * ratio:.4g} % of critical damping, blades have "
+                f"0.01 to {100 * LARGEST_DAMPING:g} %; damping is a ratio here, no percentage"
+            )
 
 
 @np.errstate(all="ignore")  # `pattern_problem` refuses a sum of zero or infinity
@@ -284,6 +300,10 @@ def _run_problems(c):
          f"{steady.first_check_s}"),
         (any(low >= high for low, high in pairwise(percentiles)),
          f"convergence.percentiles: {show(percentiles)} are not increasing"),
+        (len(set(c.patterns.types_percent)) < len(c.patterns.types_percent),
+         f"patterns.types_percent: {show(c.patterns.types_percent)} are not different types"),
+        (c.study == "rare" and c.mistuning.half_range_percent[0] == 0.0,
+         "mistuning.half_range_percent: of 0 makes all disks of a rare study alike"),
         (c.threshold.lowest >= c.threshold.highest,
          "threshold.highest: is not above threshold.lowest"),
     )  # fmt: skip

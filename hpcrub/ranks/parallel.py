@@ -23,7 +23,7 @@ from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError, comp
 from hpcrub.ranks.dispatch import FROM_ROOT, PAUSE, Dispatcher, Worker
 from hpcrub.ranks.schedule import Assignments, Tasks
 
-MOST_CHARACTERS = 5000  # of an error line
+MOST_CHARACTERS = 400  # of either end of an error line
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
 # (number of ranks, this rank) as the launchers tell it: Open MPI, MPICH and Intel MPI, srun
@@ -164,7 +164,8 @@ def _print_error(error, rank):
     if rank == 0:
         kind = "stopped" if isinstance(error, Interrupted) else "error"
         text = one_line(str(error))  # may quote anything from a user's file
-        text = text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}..."
+        if len(text) > 2 * MOST_CHARACTERS:
+            text = f"{text[:MOST_CHARACTERS]} ... {text[-MOST_CHARACTERS:]}"
         complain(f"hpcrub: {kind}: {text}")
 
 

@@ -1,6 +1,7 @@
 """Tables of measured values in CSV files: numbers, with or without a line of names above."""
 
 import csv
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -8,15 +9,22 @@ import numpy as np
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError, reading
 
+MOST_ROWS = 1_000_000
 
-def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
+
+def read(path: str | Path, most: int = MOST_ROWS) -> tuple[tuple[str, ...], np.ndarray]:
     """Read the names of the columns, () if the file has none, and the values (rows, columns).
 
     Commas separate the columns; lines that are empty or begin with # are left out. Raises
-    InputError, which names the line, when the file cannot be read.
+    InputError, which names the line, when the file cannot be read or has more than `most` rows.
     """
     with reading(path):
-        text = Path(path).read_text("utf-8-sig")
+        with open(path, "rb") as file:  # count first: reading takes far longer
+            full = (line for line in file if line.strip() and not line.lstrip().startswith(b"#"))
+            too_many = any(itertools.islice(full, most + 1, None))  # one may have the names
+        text = "" if too_many else Path(path).read_text("utf-8-sig")
+    if too_many:
+        raise InputError(f"{path}: more than {most:,} rows, the most that are allowed here")
     lines = [
         (number, [cell.strip() for cell in cells])
         for number, cells in enumerate(csv.reader(text.splitlines()), 1)
@@ -37,9 +45,9 @@ def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
     return names, np.array(rows).reshape(len(rows), width)
 
 
-def columns(path: str | Path, names: tuple[str, ...]) -> np.ndarray:
+def columns(path: str | Path, names: tuple[str, ...], most: int) -> np.ndarray:
     """Read the values (rows, columns) of a table that has exactly the columns `names`."""
-    columns, values = read(path)
+    columns, values = read(path, most)
     if sorted(columns) != sorted(names):
         there = ", ".join(columns) if columns else "a line of numbers"
         raise InputError(f"{path}: {there} instead of the names {', '.join(names)}")
@@ -56,6 +64,6 @@ def _row(path, number, cells):
 
 def _number(text):
     try:
-        return float(text)
+        return float(text) if text.isascii() and "_" not in text else None
     except ValueError:
         return None

@@ -51,12 +51,12 @@ def examine_all(runs: list[Run], existing: Existing) -> list[Run]:
 def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
     """Check a run before any work (rank 0). Raises InputError for any error.
 
-    Returns what the study's `prepare` returns, and warnings: keys without effect, and what is not
-    resolved.
+    Returns what the study's `prepare` returns, and warnings: keys without effect, doubtful numbers,
+    and what is not resolved.
     """
     check_output(run, existing)
     memory.check(run)
-    prepared, warnings = run.prepare(), list(checks.idle(run.config))
+    prepared, warnings = run.prepare(), [*checks.idle(run.config), *checks.doubtful(run.config)]
     if run.study.integrates:
         warnings += run.study.warnings(run.config, prepared)
     return prepared, warnings

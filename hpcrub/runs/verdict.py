@@ -10,11 +10,12 @@ import numpy.typing as npt
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
+from hpcrub.setup.aero import curve_of
 from hpcrub.statistics.percentiles import Z_95, confidence
 
 REMARK, SINGLE, USELESS = range(3)  # weights of a finding
 # first words of warnings of `setup.plausibility` that a verdict repeats
-DOUBTFUL = "not resolved", "steep casing"
+DOUBTFUL = "not resolved", "flutter without contact", "steep casing"
 MOST = 5  # most lines below a verdict
 FEW = 0.05  # share of points or peaks, or change of a peak, above which a result is useless
 FAR = 0.2  # of the tip radius: larger displacements are beyond a linear model of blades
@@ -119,8 +120,8 @@ def unsettled(
     if not n_lost:
         return
     what = "may cut deeper" if config.contact.wears else "may still grow or decay"
-    why, longer = f"{n_lost} of {n} {of} have not settled", attrgetter(key)(config)
-    advice = f"{why} within their time and {what}: {key} above {longer:g}"
+    why = f"{n_lost} of {n} {of} have not settled"
+    advice = f"{why} within their time and {what}: {_longer(config, key)}"
     yield Finding(USELESS if n_lost > FEW * n else SINGLE, why, advice)
 
 
@@ -146,8 +147,15 @@ def growing(
         USELESS if n > FEW * n_points and n_peaks else SINGLE if n_peaks else REMARK,
         why,
         f"{why}{peaks}: a wave of the disk grows when the time is over, and the motion becomes "
-        f"another one{until}: {key} above {attrgetter(key)(config):g}",
+        f"another one{until}: {_longer(config, key)}",
     )
+
+
+def _longer(config, key):
+    """Advice to give motions more time, unless the air excites a wave of the tuned disk."""
+    if config.aero.exists and curve_of(config).damping_ratio.min() <= 0.0:
+        return "the air excites the tuned disk, and no time is long enough: aero, or more mistuning"
+    return f"{key} above {attrgetter(key)(config):g}"
 
 
 def of_points(

@@ -1,6 +1,7 @@
 """Reading of files that an input names: model, measured casing, waves, patterns (rank 0)."""
 
 import functools
+import os
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from hpcrub.setup import imported
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
 WAVE_COLUMNS = "diameters", "damping_ratio", "frequency_shift"
 CLEARANCE_COLUMNS = "speed_hz", "clearance_mm"
-DIGITS = 6  # decimal places that are kept of table values
+MOST_MODES, MOST_WAVES, MOST_SPEEDS = 100, 1000, 1000  # rows that the keys of tables can hold
 
 
 def resolved(config: Config) -> Config:
@@ -35,21 +36,29 @@ def resolved(config: Config) -> Config:
 def with_tables(config: Config) -> Config:
     """Complete a configuration from its tables only; a model file may be too large to read."""
     casing, aero, mistuning = config.casing, config.aero, config.mistuning
-    if casing.profile_is_missing:
-        config = config.replace(_profile(casing.profile_csv))
     if isinstance(path := casing.clearance_hz_mm, str):
-        points = _table("casing.clearance_hz_mm", path, CLEARANCE_COLUMNS)
+        points = _table("casing.clearance_hz_mm", path, CLEARANCE_COLUMNS, MOST_SPEEDS)
         config = config.replace({"casing.clearance_hz_mm": points.tolist()})
-    if casing.modes_csv and not casing.modes:
-        names = tuple(CasingMode.model_fields)
-        rows = _table("casing.modes_csv", casing.modes_csv, names).tolist()
-        modes = [dict(zip(names, row, strict=True)) for row in rows]
-        config = config.replace({"casing.modes": modes})
-    if aero.waves_csv and not aero.waves:
-        config = config.replace({"aero.waves": _waves(aero.waves_csv)})
+    config = _filled(config, casing.profile_csv, casing.profile_mm, _profile)
+    config = _filled(config, casing.modes_csv, casing.modes, _modes)
+    config = _filled(config, aero.waves_csv, aero.waves, _waves)
     if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:
         config = config.replace(_patterns(config))
     return config
+
+
+def _filled(config, path, given, keys_of):
+    """Fill in the keys of a table; if the input gives them, too, they must be those of the table.
+
+    The configuration of a result file has both, and the table may no longer be there.
+    """
+    if path is None or (given and not os.path.exists(path)):
+        return config
+    keys = keys_of(path)
+    filled = config.replace(keys)
+    if given and filled != config:
+        raise InputError(f"{min(keys)}: given beside {path}, which says otherwise; leave one out")
+    return filled
 
 
 def patterns(config: Config) -> np.ndarray:
@@ -101,19 +110,26 @@ def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -
     return deviations
 
 
-def _table(key, path, names):
-    """Columns (rows, names) of the table that a key names, rounded."""
+def _table(key, path, names, most):
+    """Columns (rows, names) of the table that a key names, of `most` rows at most."""
     try:
-        return np.round(tables.columns(path, names), DIGITS)
+        return tables.columns(path, names, most)
     except InputError as error:
         raise InputError(f"{key}: {error}") from None
 
 
+def _modes(path):
+    """Keys of the modes of a casing that vibrates."""
+    names = tuple(CasingMode.model_fields)
+    rows = _table("casing.modes_csv", path, names, MOST_MODES).tolist()
+    return {"casing.modes": [dict(zip(names, row, strict=True)) for row in rows]}
+
+
 def _waves(path):
-    """Waves of a family from a table; the sign of the diameters says which way a wave travels."""
-    rows = _table("aero.waves_csv", path, WAVE_COLUMNS)
+    """Keys of a family's waves; the sign of the diameters says which way a wave travels."""
+    rows = _table("aero.waves_csv", path, WAVE_COLUMNS, MOST_WAVES)
     ways = {1.0: "forward", -1.0: "backward", 0.0: "neither"}
-    return [
+    waves = [
         {
             "diameters": abs(h),
             "travels": "neither" if 2 * abs(h) == len(rows) else ways[float(np.sign(h))],
@@ -122,11 +138,12 @@ def _waves(path):
         }
         for h, damping, shift in rows.tolist()
     ]
+    return {"aero.waves": waves}
 
 
 def _profile(path):
     """Keys of a measured casing: its points sorted by angle, with 360° taken as 0°."""
-    table = _table("casing.profile_csv", path, PROFILE_COLUMNS)
+    table = _table("casing.profile_csv", path, PROFILE_COLUMNS, MOST_POINTS + 1)
     angle, change = table.T
     if (angle < 0.0).any() or (angle > 360.0).any():
         raise InputError(f"casing.profile_csv: {path}: angles from 0 to 360 degrees are allowed")

@@ -12,6 +12,7 @@ from hpcrub.config import resolution
 from hpcrub.config.schema import Config
 from hpcrub.config.text import lines_of
 from hpcrub.model import families
+from hpcrub.model.casing import noise_left
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.scene import can_touch
@@ -28,8 +29,9 @@ FASTEST_TIP = 800.0  # [m/s]; fans run at 300 to 550
 WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
 STEEP = 0.03  # slope of the casing; friction that differs by it moves a tuned peak by 3 to 12 %
 NOISE = 0.1  # share of the casing's height that blades meet, which smoothing may take away
+NOISY = 0.2  # share of the slope of a smoothed casing that may be noise
 TRANSIENT = 0.05  # share of a transient that may be left at the first check of last_window
-LOOKED_AT = 100  # mistuned disks that are checked for flutter without contact before a run
+LOOKED_AT = 100  # mistuned disks, of all levels, that are checked for flutter before a run
 FAST = 1.5  # passing frequency of the bumps over the highest frequency of the first family
 
 
@@ -96,6 +98,7 @@ def _step_warnings(config, problem):
     in_graze = resolution.bump_time(config, least=0.0) / config.step
     family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
     in_period = 2.0 * np.pi / np.sqrt(family[-1]) / config.step
+    in_growth = config.casing.growth_time / config.step
     in_bump_are_few = _are_few(in_bump, STEPS_PER_BUMP_WIDTH)
     return lines_of(
         (in_bump_are_few,
@@ -105,6 +108,10 @@ def _step_warnings(config, problem):
          f"not resolved: the casing is grazed, {in_graze:.3g} time steps for what reaches beyond "
          f"the clearance, fewer than {STEPS_PER_BUMP_WIDTH:g}; where blades hardly vibrate, a "
          "shorter step is needed (time.steps_per_bump_width)"),
+        (_are_few(in_growth, STEPS_PER_BUMP_WIDTH),
+         f"not resolved: the casing grows within {in_growth:.2g} time steps, fewer than "
+         f"{STEPS_PER_BUMP_WIDTH:g}, and throws blades away, the faster the shorter the step is: "
+         f"casing.growth_time_s above {STEPS_PER_BUMP_WIDTH * config.step:.2g}, 0.01 is usual"),
         (_are_few(in_period, STEPS_PER_PERIOD),
          f"not resolved: {in_period:.3g} time steps per period of the first family, fewer than "
          f"{STEPS_PER_PERIOD:g} (time.steps_per_period, time.step_s)"),
@@ -112,18 +119,25 @@ def _step_warnings(config, problem):
 
 
 def _air_warnings(config, problem):
-    """Warn of modes that the air excites, in the tuned disk and the first mistuned disks."""
+    """Warn of modes that the air excites, in the tuned disk and the first disks of every level."""
     if problem.reduced.air is None:
         return
-    n_level, n = len(config.levels) - 1, min(LOOKED_AT, len(config.samples))
-    drawn = [np.zeros(config.disk.n_blades), *(deviation(config, n_level, k) for k in range(n))]
-    waves = [mistuned_modes(problem.reduced, blades).waves for blades in drawn]
-    least, *others = [of_disk.damping_ratio.min() for of_disk in waves if of_disk]
-    fluttering = np.count_nonzero(np.array(others) <= 0.0)
-    if least <= 0.0 or fluttering:
+    n = min(LOOKED_AT // len(config.levels) + 1, len(config.samples))
+
+    def least(blades):
+        waves = mistuned_modes(problem.reduced, blades).waves
+        assert waves is not None  # there is air
+        return waves.damping_ratio.min()
+
+    tuned = least(np.zeros(config.disk.n_blades))
+    ratios = [[least(deviation(config, level, k)) for k in range(n)] for level in config.levels]
+    lost = np.count_nonzero(np.array(ratios) <= 0.0, axis=1)
+    if tuned <= 0.0 or lost.any():
+        pairs = zip(lost, config.mistuning.half_range_percent, strict=True)
+        at = ", ".join(f"{n_lost} at ±{level:g} %" for n_lost, level in pairs)
         yield (
             "flutter without contact: the least stable wave of the tuned disk has a damping ratio "
-            f"of {least:.3g}, and {fluttering} of the first {n} mistuned disks flutter: aero.waves"
+            f"of {tuned:.3g}, and of the first {n} mistuned disks flutter {at}: aero.waves"
         )
 
 
@@ -175,11 +189,17 @@ def _noise_warnings(config):
     nearest = config.clearance + config.disk.least_clearance
     met = max(0.0, outline.highest - max(nearest, outline.mean))
     is_raw = casing.profile.measured and casing.smoothing == 0.0
+    left = noise_left(casing.profile)
+    is_taken = away > NOISE * met and outline.highest + away > nearest
     return lines_of(
         (is_raw,
          "noise: the measured points of the casing are not smoothed, and noise of the measurement "
          "counts as its shape; leave out casing.smoothing_mm and compare"),
-        (not is_raw and away > NOISE * met and outline.highest + away > nearest,
+        (not is_raw and not is_taken and left > NOISY,
+         f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm leaves noise from point to point "
+         f"whose slope is {left:.2g} of the measured casing's, and it counts as its shape: more "
+         "points, or a longer casing.smoothing_mm, and compare"),
+        (not is_raw and is_taken,
          f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm takes up to {1e3 * away:.2g} mm "
          f"from the measured casing, of which blades meet {1e3 * met:.2g} mm; the results depend "
          "on that: compare with half of casing.smoothing_mm"),
@@ -191,7 +211,7 @@ def _time_warnings(config, tuned):
     steady = config.steady_state
     decay = float((tuned.damping_ratios(config.damping) * tuned.joined.omega).min())  # slowest
     constant = 1.0 / decay if decay > 0.0 else np.inf  # of casing or air without damping [s]
-    within = f"within {SETTLED * constant:.2g} s" if decay > 0.0 else "never"
+    within = f"decay within {SETTLED * constant:.2g} s" if decay > 0.0 else "never decay"
     needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / tuned.omega[0]))
     left = float(np.exp(-steady.first_check / constant))
     return lines_of(
@@ -200,7 +220,7 @@ def _time_warnings(config, tuned):
          "less than a period of the slowest mode; steady_state.window_revolutions of "
          f"{needed} are needed"),
         (steady.rule == "ensemble" and SETTLED * constant > steady.max_time,
-         f"not steady: transients decay {within}, steady_state.max_time_s is "
+         f"not steady: transients {within}, steady_state.max_time_s is "
          f"{steady.max_time_s:g}; motions that do not repeat stay marked as not steady"),
         (steady.rule == "last_window" and left > TRANSIENT,
          f"not resolved: transients decay with a time constant of {constant:.2g} s, of which "

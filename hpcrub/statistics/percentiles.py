@@ -49,11 +49,8 @@ def widened(
     which all values may be lower and higher (2,); NaN counts as zero. Returns the new ends.
     """
     below, above = np.nan_to_num(shared)
-    # of few values an end may lie on the other side of an interpolated percentile
-    to_low, to_high = np.abs(centre - low), np.abs(high - centre)
-    further_low = np.hypot(to_low, below * centre) - to_low
-    further_high = np.hypot(to_high, above * centre) - to_high
-    return low - further_low, high + further_high
+    further_low = np.hypot(centre - low, below * centre)
+    return centre - further_low, centre + np.hypot(high - centre, above * centre)
 
 
 def interval_in_words(*ends: float, form: str = ".3f") -> str:
@@ -82,12 +79,14 @@ def running_percentiles(
     Returns RunningPercentiles with K = n // step; NaN where samples are too few. The intervals
     assume only that samples are independent: the number of n samples below the percentile q of the
     population is binomial (n, q), hence the interval between two order statistics contains this
-    percentile with the confidence 2 Phi(z) - 1 or more.
+    percentile with the confidence 2 Phi(z) - 1 or more. Of few samples the interpolated percentile
+    may lie beyond such an end, which then is moved to it.
     Source of the intervals: David, Nagaraja, Order Statistics (2003), section 7.1.
     """
     q = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
     n = (~np.isnan(values)).cumsum()[step - 1 :: step]  # valid values so far (K,)
-    rank = np.concatenate([(n - 1) * q, *_interval_ranks(n, q, z)])  # numpy's, then the ends
+    middle, (low, high) = (n - 1) * q, _interval_ranks(n, q, z)  # numpy's, and the ends
+    rank = np.concatenate([middle, np.minimum(low, middle), np.maximum(high, middle)])
     percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
     return RunningPercentiles(percentile, low, high, *_mean_and_error(percentile, z))
 

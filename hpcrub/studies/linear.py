@@ -144,7 +144,8 @@ class Linear(Study):
                 yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """Percentiles that need more samples; no grid of speeds could miss a peak."""
+        """Flutter, percentiles that need more samples; no grid of speeds could miss a peak."""
+        yield from air.findings(file)
         yield from verdict.few(file.config.convergence.percentiles, file.config.mistuning.samples)
 
 

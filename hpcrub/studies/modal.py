@@ -180,7 +180,8 @@ class Modal(Study):
         yield from air.report_of_tuned(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """Error of the first family's frequencies by the reduction."""
+        """Flutter, and the error of the first family's frequencies by the reduction."""
+        yield from air.findings(file)
         full, reduced = _first_families(file)
         if len(full):
             error = float(np.abs(np.sort(reduced) / np.sort(full) - 1.0).max())

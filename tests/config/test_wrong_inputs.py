@@ -75,6 +75,10 @@ WRONG = [
     ("limits: {stress_mpa: 100, strength_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
     ("limits: {static_mpa: 9, strength_mpa: 90}", "limits.strength_mpa: go with"),
     ("limits: {stress_mpa: 9, static_mpa: 90, strength_mpa: 90}", "strength_mpa: 90 is not above"),
+    ("aero: {influence: [{blades: '1'}]}", "aero.influence[0].blades: '1' is not a whole number"),
+    ("aero: {influence: [{blades: true}]}", "aero.influence[0].blades: true is not a whole number"),
+    ("patterns: {types_percent: [2, 2]}", "patterns.types_percent: [2.0, 2.0] are not different"),
+    ("study: rare\nmistuning: {half_range_percent: [0]}", "makes all disks of a rare study alike"),
     # YAML
     ("", "no keys found"),
     ("casing: {n_bumps: 3, n_bumps: 4}", "line 1, column 22: key 'n_bumps' is given twice"),
@@ -163,6 +167,9 @@ IDLE = [
     ("mistuning: {pattern_unit: hz}", "mistuning.pattern_unit: 'hz' has no effect: no pattern"),
     ("limits: {stress_mpa_per_mm: 9}", "limits.stress_mpa is missing"),
     ("limits: {probability_below: 0.01}", "0.01 has no effect: the study is modal, not rare"),
+    # percent typed as a ratio
+    ("material: {damping_ratio: 0.3}", "units: material.damping_ratio: 0.3 is 30 % of critical"),
+    ("aero: {influence: [{damping_ratio: -0.2}]}", "units: aero.influence: 0.2 is 20 % of crit"),
 ]  # fmt: skip
 
 

@@ -17,7 +17,8 @@ import pytest
 from hpcrub import studies
 from hpcrub.config.schema import Config
 from hpcrub.contact.lanes import WIDTHS
-from hpcrub.ranks import progress
+from hpcrub.errors import InputError
+from hpcrub.ranks import parallel, progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE
@@ -223,3 +224,14 @@ def test_without_mpi4py_one_rank_works_and_a_launcher_is_an_error(tiny, monkeypa
         assert ["mpi4py" in line for line in lines] == [True] * n_lines
     monkeypatch.delenv("OMPI_COMM_WORLD_SIZE")
     assert run_here(tiny, folder=tiny.parent) == 0
+
+
+def test_a_value_of_thousands_of_characters_is_not_echoed(capsys):
+    def wrong():
+        raise InputError(f"casing.n_bmps{5000 * 'x'}: unknown key; did you mean casing.n_bumps?")
+
+    assert parallel.alone(wrong) == 2
+    line = capsys.readouterr().err
+    assert line.startswith("hpcrub: error: casing.n_bmpsxxx")
+    assert line.endswith("xxx: unknown key; did you mean casing.n_bumps?\n")
+    assert len(line) < 1000

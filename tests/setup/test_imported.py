@@ -307,6 +307,38 @@ def test_a_contact_node_that_stands_out_meets_the_bumps(folder):
     assert resolution.width_of_bump(config) == pytest.approx(width)
 
 
+MPA = "--table-units", "mm t s"
+
+
+@pytest.mark.parametrize(
+    ("stress", "static", "units", "words"),
+    [
+        (60.0, 250.0, None, "--table-units: the tables of --stress and --static do not tell"),
+        (60.0, 250.0, "mm t", '--table-units: "mm t" is not a length'),
+        (60.0, 0.0, "m kg s", "MPa per mm of a tip in the first family, which no blade has"),
+        (6e10, 0.0, "mm t s", "MPa per mm of a tip in the first family, which no blade has"),
+        (6e10, 250.0, "m kg s", "stress_static: up to 0.00025 MPa"),
+        (60.0, -1e8, "mm t s", "stress_static: up to 1e+08 MPa; 0.01 to 10,000 MPa"),
+        (60.0, 1e300, "m kg s", "MPa; 0.01 to 10,000 MPa"),
+        (0.0, 250.0, "mm t s", "stress: the row of place 0 is zero"),
+    ],
+)
+def test_a_stress_that_no_blade_has_is_refused(folder, stress, static, units, words):
+    """MPa were taken as Pa, because the import had written the model file in m kg s."""
+    arrays = {
+        "hpcrub_model": np.array(1), "kind": np.array("reduced"), "M": np.eye(4),
+        "K": 1e6 * np.eye(4), "nodes": np.array([[0.2, 0.0, 0.0], [-0.2, 0.0, 0.0]]),
+        "dof": np.array([[0, 1], [0, 2], [1, 1], [1, 2]]), "contact_node": np.array([0, 1]),
+        "contact_blade": np.array([0, 1]),
+    }  # fmt: skip
+    model_file.write("plain.h5", arrays)
+    (folder / "stress.csv").write_text(f"0,0,{stress},0,0\n")
+    (folder / "static.csv").write_text(f"{static}\n")
+    options = ["model", "plain.h5", "--stress", "stress.csv", "--static", "static.csv"]
+    options += ["--table-units", units] if units else []
+    assert words in refusal(import_model.main, options)
+
+
 def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
     """The reduced planar disk as a model file, its stresses as a user's table."""
     brief = "steady_state: {first_check_s: 0.01, max_time_s: 0.2, window_revolutions: 1}\n"
@@ -324,11 +356,12 @@ def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
         "K_blade": own.blade_stiffness,
     }  # fmt: skip
     model_file.write("plain.h5", arrays)
-    np.savetxt("stress.csv", np.column_stack([face.stress_blade, face.stress]), delimiter=",")
+    in_mpa = np.column_stack([face.stress_blade, 1e-9 * face.stress])  # per mm
+    np.savetxt("stress.csv", in_mpa, delimiter=",")
     with pytest.raises(InputError, match="this model file has no stress"):
         read(f"disk: {{model: plain.h5}}\n{brief}")
     options = "model", "plain.h5", "--stress", "stress.csv", "--output", "known.h5"
-    assert import_model.main(list(options)) == 0
+    assert import_model.main([*options, *MPA]) == 0
     with pytest.raises(InputError, match="known.h5 has stresses of its own"):
         read(f"disk: {{model: known.h5}}\n{brief[:-2]}, stress_mpa_per_mm: 45}}")
     ours = read(f"disk: {{model: known.h5}}\n{brief}")
@@ -339,9 +372,9 @@ def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
     # Goodman's line, place by place: all stresses are twice as bad beside half of the strength
-    np.savetxt("static.csv", np.full(24, 2.5e8))
+    np.savetxt("static.csv", np.full(24, 250.0))
     options = "model", "known.h5", "--static", "static.csv", "--output", "static.h5"
-    assert import_model.main(list(options)) == 0
+    assert import_model.main([*options, *MPA]) == 0
     strong = f"disk: {{model: static.h5}}\n{brief[:-2]}, strength_mpa: "
     twice = swept(read(f"{strong}500}}"), *how)
     np.testing.assert_allclose(twice.stress, 2.0 * found[1], rtol=1e-9)
@@ -353,7 +386,7 @@ def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
             read(f"{strong}{limits}}}")
 
     np.savetxt("static.csv", -2.5e8 * (np.arange(24) > 0))  # compression makes nothing better
-    assert import_model.main([*options, "--overwrite"]) == 0
+    assert import_model.main([*options, "--table-units", "m kg s", "--overwrite"]) == 0
     pressed = swept(read(f"{strong}500}}"), *how)
     np.testing.assert_allclose(pressed.stress, found[1], rtol=1e-12)
 

@@ -9,6 +9,7 @@ from hpcrub.config import parts
 from hpcrub.config.casing import CasingMode
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.results import tables
 from hpcrub.setup import input_files
 from hpcrub.setup.disks import deviation, disks, run_deviation, sigma_of
 from hpcrub.studies import open_result
@@ -46,7 +47,73 @@ def test_a_profile_of_every_tenth_of_a_degree_can_be_kept(tmp_path):
     path.write_text("angle_deg,radius_change_mm\n" + rows)
     config = resolved(path)
     assert Config.from_yaml(config.to_yaml()) == config
-    np.testing.assert_allclose(config.casing.profile_mm, change, atol=5.1e-7)
+    assert (config.casing.profile_deg, config.casing.profile_mm) == (tuple(angle), tuple(change))
+
+
+OF_THREE = {"disk": {"n_blades": 3}, "reduction": {"n_modes": 9}}
+WAVES = "diameters,damping_ratio,frequency_shift\n0,0.005,0\n1,4e-7,1e-9\n-1,0.005,0\n"
+TABLES = {
+    "aero.waves_csv": WAVES,
+    "casing.clearance_hz_mm": "speed_hz,clearance_mm\n1,0.2500001\n50.123456789,4e-7\n",
+    "casing.profile_csv": PROFILE + "300,4e-7\n",
+    "casing.modes_csv": ",".join(CasingMode.model_fields) + "\n2,100.12345678,4e-7,1e-8,4e-7\n",
+}
+
+
+@pytest.mark.parametrize("key", TABLES)
+def test_no_number_of_a_table_is_rounded(tmp_path, key):
+    """A damping ratio of 4e-7 became 0, and every disk fluttered."""
+    (tmp_path / "table.csv").write_text(TABLES[key])
+    config = Config(**OF_THREE).replace({key: str(tmp_path / "table.csv")})
+    config = input_files.with_tables(config)
+    assert Config.from_yaml(config.to_yaml()) == config
+    given = {float(cell) for line in TABLES[key].split()[1:] for cell in line.split(",")}
+    assert given <= {*numbers_in(config.model_dump()), -1.0}  # a wave that travels backward
+
+
+def numbers_in(value):
+    """All numbers in nested lists and mappings."""
+    if isinstance(value, dict | list | tuple):
+        for inner in value.values() if isinstance(value, dict) else value:
+            yield from numbers_in(inner)
+    elif isinstance(value, float | int):
+        yield value
+
+
+@pytest.mark.parametrize("key", TABLES)
+def test_a_table_that_is_far_too_long_is_refused_before_it_is_read(tmp_path, monkeypatch, key):
+    """100,000 lines took 39 s to be refused."""
+    names, row = TABLES[key].split("\n")[:2]
+    (tmp_path / "table.csv").write_text(names + ("\n" + row) * 3602)
+    monkeypatch.setattr(tables.csv, "reader", None)  # what takes the time
+    config = Config().replace({key: str(tmp_path / "table.csv")})
+    assert "table.csv: more than " in refusal(input_files.with_tables, config)
+
+
+@pytest.mark.parametrize("digits", ["1_0", "\u0661", "0x1", "1e"])
+def test_digits_that_python_alone_reads_are_no_number(tmp_path, digits):
+    (tmp_path / "modes.csv").write_text(TABLES["casing.modes_csv"].replace("2,", f"{digits},", 1))
+    config = Config(casing={"modes_csv": str(tmp_path / "modes.csv")})
+    assert f"line 2: {digits!r} is not a number" in refusal(input_files.with_tables, config)
+
+
+@pytest.mark.parametrize(
+    ("key", "given"),
+    [
+        ("casing.profile_csv", {"profile_deg": [0, 90, 180, 270], "profile_mm": [0, 1, 0, 1]}),
+        ("casing.modes_csv", {"modes": [{"waves": 3, "frequency_hz": 80, "modal_mass_kg": 9}]}),
+        ("aero.waves_csv", {"waves": [{"diameters": 0}]}),
+    ],
+)
+def test_numbers_beside_the_table_that_has_others_are_refused(tmp_path, key, given):
+    """The table was left unread."""
+    (tmp_path / "table.csv").write_text(TABLES[key])
+    section, name = key.split(".")
+    if name == "waves_csv":
+        ways = ((0, "neither"), (1, "forward"), (1, "backward"))
+        given = {"waves": [{"diameters": h, "travels": way} for h, way in ways]}
+    keys = OF_THREE | {section: given | {name: str(tmp_path / "table.csv")}}
+    assert "given beside" in refusal(input_files.with_tables, Config(**keys))
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,10 @@ from hpcrub.commands import run as cli
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import InputError
+from hpcrub.model.casing import noise_left, smoothed
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.runs import memory
-from hpcrub.runs.verdict import not_resolved
+from hpcrub.runs.verdict import not_resolved, unsettled
 from hpcrub.setup import input_files, plausibility
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
@@ -92,7 +93,7 @@ def test_a_transient_that_the_first_check_does_not_outlast_is_marked(first_check
 @pytest.mark.parametrize("slowest", ["air", "casing"])
 def test_a_transient_that_nothing_damps_is_marked(slowest):
     config = Config().replace(SLOWEST[slowest](0.0))
-    assert told(config, "transients decay never, steady_state.max_time_s")
+    assert told(config, "transients never decay, steady_state.max_time_s")
 
 
 @pytest.mark.parametrize(
@@ -253,6 +254,58 @@ def test_noise_of_a_measurement_is_no_geometry_or_is_marked(noise, keys, marked)
     points = {"profile_deg": angle.tolist(), "profile_mm": (-height).tolist(), "clearance_mm": 0}
     config = Config(casing=points, forcing={"engine_order": 2}).replace(keys)
     assert [line[: len(marked)] for line in told(config)] == [marked] * bool(marked)
+
+
+@pytest.mark.parametrize(
+    ("n", "noise", "smoothing", "marked"),
+    [
+        (720, 4e-3, 1, True),  # points every 4.4 mm
+        (720, 4e-3, 8, True),
+        (720, 4e-3, 16, True),
+        (720, 4e-3, None, False),  # a tenth of the slope
+        (720, 0.0, 1, False),
+        (100, 0.0, 1, False),
+        (100, 8e-3, None, True),
+    ],
+)
+def test_noise_that_smoothing_leaves_is_marked(n, noise, smoothing, marked):
+    """It is found without knowing the shape: here both are known."""
+    angle = 2 * np.pi * np.arange(n) / n
+    error = 1e-3 * noise * np.random.default_rng(4).standard_normal(n)
+    height = 0.25e-3 * np.cos(2 * angle) + error
+    points = {"profile_deg": np.degrees(angle).tolist(), "profile_mm": (-1e3 * height).tolist()}
+    config = Config(casing=points | {"smoothing_mm": smoothing, "clearance_mm": 0},
+                    forcing={"engine_order": 2})  # fmt: skip
+    assert bool(told(config, "leaves noise from point to point")) == marked
+    profile = config.casing.profile
+    pairs = (tuple(zip(angle, values, strict=True)) for values in (error, height))
+    own, whole = (np.std(smoothed(pair, profile.cut_off)[2]) for pair in pairs)
+    if marked:
+        assert noise_left(profile) == pytest.approx(own / whole, rel=0.5)
+    assert (own / whole > 0.2) == marked
+
+
+def test_a_casing_that_grows_within_a_few_steps_is_marked():
+    """Of 1 µs, amplitudes doubled with every halving of the step: 17, 20, 40, 81 mm."""
+    assert told(Config(casing={"growth_time_s": 1e-6}), "not resolved: the casing grows within")
+    assert told(Config(casing={"growth_time_s": 0}), "not resolved: the casing grows within")
+
+
+def test_flutter_is_told_of_every_level():
+    """Twelve waves of 0.002 + 0.0022 cos(2πr/12): more mistuning leaves fewer disks in flutter."""
+    keys = {"blades": 1, "damping_ratio": 0.0011}
+    influence = [{"damping_ratio": 0.002}, keys, keys | {"blades": -1}]
+    config = Config(aero={"influence": influence}, mistuning={"half_range_percent": [0.01, 9]})
+    (line,) = told(config, "flutter without contact: ")
+    low, high = (int(part.split()[-1]) for part in line.split(" at ±")[:2])
+    assert low == 51
+    assert high < low
+    (finding,) = not_resolved([line])
+    assert finding.why == "flutter without contact"
+    (finding,) = unsettled(config, 3, 4, "peaks")  # no time is long enough
+    assert "max_time_s" not in finding.advice
+    (finding,) = unsettled(Config(), 3, 4, "peaks")
+    assert "max_time_s above" in finding.advice
 
 
 STIFF = {

@@ -5,6 +5,8 @@ import pytest
 
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_model
+from hpcrub.studies import open_result
+from hpcrub.studies.linear import STUDY as LINEAR
 from tests.program import contents, load, run_here
 
 STUDY = """\
@@ -24,12 +26,14 @@ def found(tmp_path_factory):
     folder = tmp_path_factory.mktemp("air")
     (folder / "air.yaml").write_text(STUDY)
     assert run_here("air.yaml", "--output", "air.h5", folder=folder) == 0
-    return load(folder / "air.yaml"), contents(folder / "air.h5")
+    with open_result(folder / "air.h5") as file:
+        verdict = LINEAR.verdict(file)
+    return load(folder / "air.yaml"), contents(folder / "air.h5"), verdict
 
 
 def test_disks_flutter_whose_dense_matrices_do(found):
     """The least stable mode of every sample, of the eigenvalues of [[0, I], [-K, -D]]."""
-    config, values = found
+    config, values = found[:2]
     model = build_model(config)
     for level in (0, 1):
         for sample in range(0, 40, 7):
@@ -46,7 +50,7 @@ def test_disks_flutter_whose_dense_matrices_do(found):
 
 def test_without_mistuning_waves_are_as_given_and_with_it_the_least_stable_one_gains(found):
     """ζ_r = 0.002 + 0.0022 cos(2πr/12), below zero for six diameters."""
-    _, values = found
+    values = found[1]
     given = 0.002 + 0.0022 * np.cos(2 * np.pi * np.arange(12) / 12)
     np.testing.assert_allclose(values["aero/given_damping_ratio"], given, atol=1e-15)
     np.testing.assert_allclose(values["aero/tuned_damping_ratio"], given, atol=1e-7)
@@ -57,9 +61,19 @@ def test_without_mistuning_waves_are_as_given_and_with_it_the_least_stable_one_g
 
 def test_a_disk_that_flutters_has_no_amplification(found):
     """Nor has any where the tuned disk does, as here."""
-    _, values = found
+    values = found[1]
     assert (values["aero/least_damping_ratio"][1] > 0).any()
     assert np.isnan(values["amplification"]).all()
+
+
+def test_flutter_of_every_level_is_in_the_verdict(found):
+    """It said "usable", over a table without a line."""
+    values = found[1]["aero/least_damping_ratio"]
+    lost = np.count_nonzero(values <= 0.0, axis=1)
+    words = [f"{n} of 40 at ±{level} %" for n, level in zip(lost, (1, 4), strict=True)]
+    lines = found[2]
+    assert lines[0].startswith("not usable: the tuned disk flutters")
+    assert ", ".join(words) in " ".join(lines)
 
 
 def test_a_modal_study_has_the_waves_of_the_tuned_disk(found, tmp_path, capsys):

@@ -15,6 +15,9 @@ HEAVIEST = 3e4  # [kg/m3] mass over the volume of the space that the disk sweeps
 RIGID = 1e-3  # residual of a row, as a share of its entries, above which it is unbalanced
 UNBALANCED = 0.5  # share of unbalanced rows above which K is no stiffness of a body
 CLEARANCE = 0.1  # of the tip radius; a larger clearance comes from wrong units
+BLADES = 100.0  # times K, above which an entry of K_blade cannot be a part of it
+ROUNDING = 1e-9  # of the largest entry of K: a smaller one says nothing
+STATIC = 1e4, 1e10  # [Pa] a largest stress of rotation outside comes from wrong units
 TIP = 0.2  # contact nodes lie in this outer part of the radii
 
 
@@ -45,6 +48,8 @@ def check(model: NeutralModel) -> Findings:
             f"{model.contact_node[worst]} is more than a tenth of the tip radius; are the units "
             "those of the file?"
         )
+    _check_stress(model)
+    _check_blade_stiffness(model)
     if model.kind == "reduced":
         if not np.linalg.eigvalsh(model.mass)[0] > 0.0:
             raise InputError("M: the mass matrix is not positive definite")
@@ -122,6 +127,35 @@ def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
     force, size = np.abs(K @ rigid), abs(K) @ np.abs(rigid)
     size = np.where(size > 1e-12 * size.max(axis=0), size, np.inf)
     return (force / size).max(axis=1)
+
+
+def _check_stress(model):
+    lost = np.flatnonzero(np.asarray(abs(model.stress).sum(axis=1)) == 0.0)
+    if len(lost):
+        raise InputError(
+            f"stress: the row of place {lost[0]} is zero, no motion would cause a stress there; "
+            "leave it out, or print fewer modes if all of its modes are zero"
+        )
+    largest = float(np.abs(model.stress_static).max(initial=0.0))
+    if largest and not STATIC[0] <= largest <= STATIC[1]:
+        raise InputError(
+            f"stress_static: up to {1e-6 * largest:.3g} MPa; {1e-6 * STATIC[0]:g} to "
+            f"{1e-6 * STATIC[1]:,.0f} MPa are expected of the rotation; are the units those of "
+            "the file, or of --table-units?"
+        )
+
+
+def _check_blade_stiffness(model):
+    if model.blade_stiffness is None:
+        return
+    own, whole = model.blade_stiffness, np.abs(model.stiffness[0].diagonal())
+    of_blades = np.abs(own.diagonal() if own.ndim == 2 else np.einsum("bii->i", own))
+    share = of_blades / np.maximum(whole, ROUNDING * whole.max())
+    if not share.max() <= BLADES:
+        raise InputError(
+            f"K_blade: {share.max():.3g} times K at row {share.argmax()}; it must be a part of K: "
+            "is it of the same model, units and rows?"
+        )
 
 
 def _check_mass(model, mass, radius):

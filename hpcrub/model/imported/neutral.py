@@ -15,6 +15,7 @@ from hpcrub.model.imported.arrays import Arrays, stored, symmetric
 VERSION = 1
 MOST_BLADES = 200
 KINDS = "sector", "disk", "reduced"
+SI = "m kg s"
 FRAMES = "cartesian", "cylindrical"
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # [m]
 MASSES = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lbm": 0.45359237, "slinch": 175.126835}  # [kg]
@@ -113,7 +114,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         raise InputError(f"hpcrub_model: version {version} is not {VERSION}")
     kind = left.word("kind", KINDS)
     frame = left.word("frame", FRAMES, default=FRAMES[0])
-    length, mass, time = _units(left.text("units", "m kg s"))
+    length, mass, time = units(left.text("units", SI))
     flip = _flip(left.number("turns", default=1))
     dof = left.integers("dof", 2)
     n = len(dof)
@@ -185,7 +186,7 @@ def _alike(model):
 
 def to_arrays(model: NeutralModel) -> dict:
     """Arrays of a model file, by name, in SI units; the inverse of `from_arrays`."""
-    arrays = {"hpcrub_model": np.array(VERSION), "units": np.array("m kg s")}
+    arrays = {"hpcrub_model": np.array(VERSION), "units": np.array(SI)}
     arrays |= {name: np.array(getattr(model, name)) for name in ("kind", "frame", "n_sectors")}
     names = POLYNOMIAL if len(model.stiffness) > 1 else ("K",)
     if len(model.speeds):
@@ -283,13 +284,17 @@ def _check_inside(name, what, numbers, n):
         raise InputError(f"{name}: there is no {what} {wrong[0]}, {what}s run from 0 to {n - 1}")
 
 
-def _units(text):
+def units(text: str, name: str = "units") -> tuple[float, float, float]:
+    """Length [m], mass [kg] and time [s] of units such as "mm t s"; name: of what tells them.
+
+    Raises InputError.
+    """
     try:
         length, mass, time = text.split()
         return LENGTHS[length], MASSES[mass], TIMES[time]
     except (KeyError, ValueError):
         raise InputError(
-            f'units: "{text}" is not a length ({", ".join(LENGTHS)}), a mass '
+            f'{name}: "{text}" is not a length ({", ".join(LENGTHS)}), a mass '
             f'({", ".join(MASSES)}) and a time ({", ".join(TIMES)}), such as "mm t s"'
         ) from None
 

@@ -6,12 +6,13 @@ squares fit to displacements and stresses of some modes gives this function for 
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import eigh
 
 from hpcrub.errors import InputError
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.cyclic import wave_matrices
 from hpcrub.model.imported.frames import to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel, row_table
+from hpcrub.model.imported.neutral import NeutralModel, row_table, stiffness_at
 
 FAMILIES = 3  # families of modes, each of which chooses a place
 LEFT_OUT = 0.2  # share of the modes, the lowest ones, that the fit to the others must predict
@@ -100,6 +101,19 @@ def chosen(model: NeutralModel, speed: float) -> tuple[NeutralModel, np.ndarray]
     blade = np.zeros(len(tangents), dtype=int)
     stress = sp.csr_array(sp.vstack(tangents))
     return model._replace(stress=stress, stress_blade=blade), np.array(size)
+
+
+def largest(model: NeutralModel, speed: float) -> float:
+    """Largest stress of a reduced model in a mode of its first family [Pa per m of the tips].
+
+    speed: of rotation [rad/s]; modes as they are normalised by their largest displacement of a
+    contact node.
+    """
+    modes = [0, min(model.n_blades, len(model.dof)) - 1]
+    shapes = eigh(stiffness_at(model.stiffness, speed), model.mass, subset_by_index=modes)[1]
+    tips = model.row[model.contact_node]
+    return float((np.abs(model.stress @ shapes).max(axis=0)
+                  / np.abs(shapes[tips[tips >= 0]]).max(axis=0)).max())  # fmt: skip
 
 
 def tangent(group: sp.csr_array, stress: np.ndarray) -> sp.csr_array:

@@ -11,6 +11,7 @@ from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Values
+from hpcrub.runs.verdict import FEW, SINGLE, USELESS, Finding
 from hpcrub.setup.aero import curve_of
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
@@ -110,6 +111,33 @@ def report_of_mistuned(file: ResultFile) -> Iterator[str]:
             f"air, sigma = {100 * sigma:.2f} %: least stable mode {low:.3g} / {middle:.3g} / "
             f"{high:.3g} (percentiles 1/50/99 of the damping ratio); {n_flutter} of {len(least)} "
             f"disks flutter without contact ({low_share:.3g} to {high_share:.3g} %)"
+        )
+
+
+def findings(file: ResultFile) -> Iterator[Finding]:
+    """Flutter of the tuned disk, and of mistuned ones at every level; nothing without air."""
+    if not file.config.aero.exists:
+        return
+    least = float(file.read("aero/tuned_damping_ratio").min())
+    if least <= 0.0:
+        yield Finding(
+            USELESS if "aero/least_damping_ratio" in file else SINGLE,
+            "the tuned disk flutters",
+            f"the tuned disk flutters without contact (damping ratio of {least:.3g}): it has no "
+            "linear response, and no amplification is relative to it: aero, or more damping",
+        )
+    if "aero/least_damping_ratio" not in file:
+        return
+    ratios = [finite(level) for level in file.read("aero/least_damping_ratio")]
+    lost = [int(np.count_nonzero(level <= 0.0)) for level in ratios]
+    if any(lost):
+        levels, n = file.config.mistuning.half_range_percent, [*map(len, ratios)]
+        at = ", ".join(f"{lost[v]} of {n[v]} at ±{level:g} %" for v, level in enumerate(levels))
+        yield Finding(
+            USELESS if any(lost[v] > FEW * n[v] for v in range(len(n))) else SINGLE,
+            "disks flutter",
+            f"disks flutter without contact and are missing in the percentiles: {at}: aero, or "
+            "more mistuning",
         )
 
 

@@ -266,6 +266,15 @@ def test_stiffness_of_blades_beyond_all_numbers_is_said_in_one_sentence(disk):
     assert "of which it must be a part" in refusal(reduced.reduced_model, huge, 0.0)
 
 
+@pytest.mark.parametrize("factor", [1e3, 1e300])
+def test_stiffness_of_blades_in_other_units_is_refused_by_the_import(disk, factor):
+    small, _ = reduced.reduce_disk(disk, 20, 0.0)
+    for model in (disk, small):
+        with np.errstate(over="ignore"):
+            huge = model._replace(blade_stiffness=factor * model.blade_stiffness)
+        assert "times K at row" in refusal(checks.check, huge)
+
+
 def test_blade_without_contact_nodes_is_named():
     arrays = disk_arrays()
     arrays["contact_blade"] = np.where(arrays["contact_blade"] == 2, 1, arrays["contact_blade"])

@@ -202,11 +202,15 @@ def test_a_matrix_or_its_rows_that_never_end_are_refused(folder, ending):
         ("nodes.csv", "\n", "nodes.csv: 4 numbers per line are expected"),
     ],
 )
-def test_a_refused_file_is_one_line_without_warnings_of_libraries(tmp_path, name, text, words):
+def test_a_refused_file_is_one_line_without_warnings_of_libraries(
+    tmp_path, recwarn, name, text, words
+):
     write_matrix_market(tmp_path, 1 + np.arange(len(sector_arrays()["nodes"])))
     (tmp_path / name).write_text(text)
     code, _, error = run(0, "import", "matrixmarket", ".", "--units", "m kg s", folder=tmp_path)
     assert (code, error) == (2, f"hpcrub: error: {words}\n")
+    assert command("matrixmarket", tmp_path, "--units", "m kg s") == 2  # from Python
+    assert not recwarn.list
 
 
 def test_a_matrix_has_whole_numbers_of_rows(folder):

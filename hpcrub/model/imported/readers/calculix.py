@@ -1,5 +1,6 @@
 """Reader of CalculiX: matrices of SOLVER=MATRIXSTORAGE, mesh and sets of the deck, stress."""
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of, pla
 
 INCOMPATIBLE = "C3D8I"  # elements with three inner nodes each, numbered after all others
 INNER = 3
+EIGENVALUES = re.compile(r"E I G E N V A L U E   O U T P U T\D*((?:\s*\d.*\n)+)")
+RIGID = 1e-6  # of the largest eigenvalue: below 0 by less is the rounding of a rigid motion
 
 
 def read(
@@ -95,7 +98,18 @@ def _printed(path, elements, number):
     elements: {label: node numbers}; number: of all nodes of the model, increasing.
     """
     with reading(path):
-        modes = list(_modes(Path(path).read_text("ascii", errors="replace").splitlines()))
+        text = Path(path).read_text("ascii", errors="replace")
+        rows = "".join(EIGENVALUES.findall(text)).splitlines()
+        eigenvalues = np.array([float(row.split()[1]) for row in rows if row.strip()])
+        modes = list(_modes(text.splitlines()))
+    lost = np.flatnonzero(eigenvalues < -RIGID * np.abs(eigenvalues).max(initial=0.0))
+    still = [k for k, (moved, _) in enumerate(modes) if not moved[:, 1:].any()]
+    if len(lost) or still:
+        mode, what = (lost[0], "a negative eigenvalue") if len(lost) else (still[0], "no motion")
+        raise InputError(
+            f"{path}: mode {mode + 1} has {what}: ccx was asked for more modes than it can find in "
+            f"this model; print fewer (*FREQUENCY), {mode} at most"
+        )
     shapes = {(len(moved), stress.shape) for moved, stress in modes}
     if len(shapes) != 1:
         raise InputError(
