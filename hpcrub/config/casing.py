@@ -70,8 +70,8 @@ class CasingMode(Section):
     frequency_hz: Number = Field(100.0, gt=0, le=1e6)
     """natural frequency at rest; must be given [Hz]"""
     modal_mass_kg: Number = Field(100.0, gt=0, le=1e9)
-    """modal mass of a mode whose largest radial displacement at the contact circle is 1; must be given
-    [kg]"""
+    """modal mass of a mode whose largest radial displacement at the contact circle is 1; must be
+    given [kg]"""
     tangential_ratio: Number = Field(0.0, ge=-1e3, le=1e3)
     """largest tangential over largest radial displacement there, v = ratio (c sin nθ − s cos nθ)
     beside w = c cos nθ + s sin nθ; about −1/n in bending [-]"""

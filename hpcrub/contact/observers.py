@@ -55,9 +55,7 @@ def record_displacements(
 
 
 @compiled(inline=True, inner=True)
-def record_casing(
-    lanes: tuple, bank: Bank, table: np.ndarray, row: int, n_active: int
-) -> None:
+def record_casing(lanes: tuple, bank: Bank, table: np.ndarray, row: int, n_active: int) -> None:
     """Record the coordinates of the casing's pairs after a step (table is modified).
 
     n_active: active points that the corrector has still to apply; row: of the record.

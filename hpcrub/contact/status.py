@@ -30,9 +30,10 @@ WORDS = (
     "still growing: the motion will change into another one",
     "diverged: a wave of the casing grows that is faster than the rotor, by friction or the step",
 )
-FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER)
-OF_CASING = RUNAWAY, NOT_FED
-FATAL += OF_CASING
+OF_CASING = RUNAWAY, NOT_FED  # reasons with a wave of the casing that grows
+FATAL = (
+    NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER, *OF_CASING,
+)  # fmt: skip
 
 
 def are_fatal(codes: npt.ArrayLike) -> np.ndarray:

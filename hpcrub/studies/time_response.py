@@ -231,8 +231,8 @@ class TimeResponse(StudyInTime):
             if states[disk] == DIVERGED:
                 why = status.words(reason[disk])
                 if reason[disk] in status.OF_CASING:
-                    waves, rate = (file.read(n, disk) for n in ("casing_waves", "casing_growth_per_s"))
-                    why += f", n = {waves:.0f} with {rate:.3g} 1/s"
+                    why += f", n = {file.read('casing_waves', disk):.0f} with "
+                    why += f"{file.read('casing_growth_per_s', disk):.3g} 1/s"
                 yield f"{name}: {why}"
                 continue
             check, known = first_known(file, disk), "not steady"
