@@ -199,27 +199,22 @@ def integrate(
     - motion: initial motion, rest by default (modified: it becomes the motion at the end).
     - poll: called without arguments after every Piece; an exception from it ends the integration.
 
-    The `reason` of the last Piece holds for the whole history. Once all speeds have failed time
-    goes on, and nothing else does.
+    The `reason` of the last Piece holds for the whole history; after all have failed none moves.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n_speeds = len(speeds_hz)
-    if motion is None:
-        motion = Motion.at_rest(n_speeds, modes.n_rows)
+    motion = motion or Motion.at_rest(n_speeds, modes.n_rows)
     grid = cut_revolution(speeds_hz.min(), scene)
     bank = allocate(modes, scene, grid, len(LANES), speeds_hz)
     for lane in range(n_speeds):
         set_motion(bank, lane, *(values[lane] for values in motion))
     reason, growth = np.zeros(n_speeds, dtype=np.uint8), np.full((n_speeds, 2), np.nan)
-    vibrates, per_turn = len(modes.pairs.omega) > 0, grid.blocks_per_revolution
-    runaways = [Runaway(modes.pairs, scene, per_turn) for _ in range(n_speeds * vibrates)]
+    runaways = [Runaway(modes.pairs, scene, grid.blocks_per_revolution) for _ in speeds_hz]
     for _ in range(n_blocks(speeds_hz.max(), duration, grid)):
         piece = _piece(bank, modes, scene, grid, n_speeds, bool(status.are_fatal(reason).all()))
-        for lane in range(n_speeds):
-            if status.are_fatal(reason[lane]):
-                continue
+        for lane in np.flatnonzero(~status.are_fatal(reason)):
             reason[lane] = judge(bank, lane, piece.peak[:, lane], scene)
-            if vibrates and runaways[lane].see(piece.casing[-1:, :, lane]):
+            if runaways[lane].see(piece.casing[-1:, :, lane]):
                 reason[lane] = runaways[lane].reason(speeds_hz[lane])
                 growth[lane] = runaways[lane].growth(speeds_hz[lane])
         yield piece._replace(reason=reason.copy(), growth=growth)

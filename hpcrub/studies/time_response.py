@@ -189,8 +189,7 @@ class TimeResponse(StudyInTime):
         followed = history.Follower(modes, scene, speed, duration)
         pieces = history.integrate(modes, scene, np.array([speed]), duration, poll=poll)
         (time, force, position, casing), worn_depth, end = _motion(pieces, followed)
-        reason = end.reason[0]
-        failed = status.are_fatal(reason)
+        reason, failed = end.reason[0], status.are_fatal(end.reason[0])
         tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
         window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
         share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
