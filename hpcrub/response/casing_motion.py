@@ -3,7 +3,6 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from hpcrub.contact import status
 from hpcrub.contact.arrays import Bank
@@ -23,23 +22,28 @@ class CasingMotion(NamedTuple):
     growth: np.ndarray  # rate at which a casing runs away (S,) [1/s]
 
 
-def radial(
-    pairs: Pairs, coordinates: np.ndarray, angle: np.ndarray, turned: npt.ArrayLike = 0.0
-) -> np.ndarray:
+def radial(pairs: Pairs, coordinates: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Outward motion of the casing (R, A) [m].
 
     coordinates: of the pairs, turned with the disk (R, 2J) [m·√kg].
-    angle: in the rotating frame (A,) [rad], or, with ``turned``, in that of the casing.
-    turned: angle by which the disk has turned, one or (R,) [rad].
+    angle: in the rotating frame (A,) [rad]; in that of the casing for coordinates `at_rest`.
     """
-    phase, back = np.outer(pairs.n_waves, angle), np.multiply.outer(turned, pairs.n_waves)
-    y = (coordinates[:, ::2] - 1j * coordinates[:, 1::2]) * pairs.radial * np.exp(-1j * back)
-    return np.hstack([y.real, -y.imag]) @ np.vstack([np.cos(phase), np.sin(phase)])
+    phase = np.outer(pairs.n_waves, angle)
+    rows = pairs.radial[:, None, None] * np.stack([np.cos(phase), np.sin(phase)], axis=1)
+    return coordinates @ rows.reshape(-1, len(angle))
+
+
+def at_rest(pairs: Pairs, coordinates: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Coordinates of the pairs (R, 2J) in the casing's frame, after angles turned (R,) [rad]."""
+    y = coordinates[:, ::2] - 1j * coordinates[:, 1::2]
+    y = y * np.exp(-1j * np.outer(turned, pairs.n_waves))
+    return np.stack([y.real, -y.imag], axis=2).reshape(coordinates.shape)
 
 
 def amplitudes(pairs: Pairs, coordinates: np.ndarray) -> np.ndarray:
     """Radial amplitude of every wave (..., J) [m] at coordinates of the pairs (..., 2J)."""
-    return np.hypot(coordinates[..., ::2], coordinates[..., 1::2]) * np.abs(pairs.radial)
+    squares = coordinates**2
+    return np.sqrt(squares[..., ::2] + squares[..., 1::2]) * np.abs(pairs.radial)
 
 
 def largest(pairs: Pairs, coordinates: np.ndarray) -> tuple[float, int]:

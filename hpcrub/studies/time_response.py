@@ -214,8 +214,8 @@ class TimeResponse(StudyInTime):
         if scene.observes_stress:
             yield "stress_pa", task, position @ modes.stress.T
         if config.casing.vibrates:
-            turned = CASING_ANGLES, 2.0 * np.pi * speed * time
-            yield "casing_radial_m", task, casing_motion.radial(modes.pairs, casing, *turned)
+            still = casing_motion.at_rest(modes.pairs, casing, 2.0 * np.pi * speed * time)
+            yield "casing_radial_m", task, casing_motion.radial(modes.pairs, still, CASING_ANGLES)
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)
             yield from worn.of_speed(followed.wear, task)

@@ -105,13 +105,13 @@ def test_a_casing_that_vibrates_is_looked_at_every_few_revolutions(problem):
 
 
 def test_the_largest_motion_is_that_of_all_records_and_angles():
-    casing = ring_modes(STEEL, np.arange(0, 6), 0.0)
+    casing = ring_modes(STEEL, np.array([0, 2, 3, 4, 5, 6]), 0.0)
     pairs = casing.seen_from(np.zeros(1))
     y = np.random.default_rng(3).normal(size=(400, 12))
-    angle, turned = np.linspace(0, 2 * np.pi, 81)[:-1], np.linspace(0, 9, 400)
+    angle, turned = np.linspace(0, 2 * np.pi, 97)[:-1], np.linspace(0, 9, 400)
     outward = casing.rows(angle)[0]
     assert casing_motion.largest(pairs, y)[0] == pytest.approx(np.abs(y @ outward.T).max())
-    fixed = casing_motion.radial(pairs, y, angle, turned)
+    fixed = casing_motion.radial(pairs, casing_motion.at_rest(pairs, y, turned), angle)
     for r in (0, 57, 399):
         seen, _ = casing.rows(angle - turned[r])
         np.testing.assert_allclose(fixed[r], seen @ y[r], atol=1e-12)
