@@ -212,7 +212,7 @@ def integrate(
     runaways = [Runaway(modes.pairs, scene, grid.blocks_per_revolution) for _ in speeds_hz]
     for _ in range(n_blocks(speeds_hz.max(), duration, grid)):
         piece = _piece(bank, modes, scene, grid, n_speeds, bool(status.are_fatal(reason).all()))
-        for lane in np.flatnonzero(~status.are_fatal(reason)):
+        for lane in np.flatnonzero(~status.are_fatal(reason)).tolist():
             reason[lane] = judge(bank, lane, piece.peak[:, lane], scene)
             if runaways[lane].see(piece.casing[-1:, :, lane]):
                 reason[lane] = runaways[lane].reason(speeds_hz[lane])
