@@ -87,9 +87,9 @@ def audit(bank, n_steps, scene=None):
         depth = np.concatenate([depth[-2:], now])
         at_rest = [_at_rest(scheme, part, rows + 1) for part in steps[:2]]
         moved = at_rest[1] + np.concatenate([d[None], at_rest[1][:-1]])
-        by_normal = _at_rest(scheme, -(_normal(bank).T @ force), rows + 1)
+        by_normal = _at_rest(scheme, -(_normal(bank).T @ force), rows)
         normal = np.sum(by_normal * moved, axis=1) / 2.0
-        by_all = _at_rest(scheme, scheme.load[:, : len(q)].T @ steps.force, rows + 1)
+        by_all = _at_rest(scheme, scheme.load[:, : len(q)].T @ steps.force, rows)
         all_forces = np.sum(by_all * moved, axis=1) / 2.0
         taken = force * (depth[2:] - depth[:-2]) / 2.0
         tips, external = taken.sum(axis=1), np.zeros_like(normal)

@@ -3,8 +3,8 @@
 The casing's modes stay in the frame in which they do not turn; what turns are the places of the
 blades, so that projections and Delassus operator are made anew at every step. Every mode follows
 the exact three-level recurrence q⁺ = 2 e^{−ξωh} cos(ω_d h) q − e^{−2ξωh} q⁻ + g f, whose factor g
-gives a constant force its static displacement. Plain NumPy and a projected Gauss–Seidel of its own,
-which the other second programs use, too.
+gives a constant force its static displacement, and stands where the blades are at the begin of its
+step. Plain NumPy and a projected Gauss–Seidel of its own, which the other second programs use, too.
 """
 
 from typing import NamedTuple
@@ -94,17 +94,23 @@ def integrate(
     q = np.zeros(len(all_omega)) if start is None else np.concatenate(start)
     old, K = q.copy(), len(omega)
     found = Run(*(np.zeros((n, m)) for m in (K, 2 * len(ring.n), len(angle))))
+
+    def seen(step):
+        """Normal and tangential rows (C, K + 2J) of the points after so many steps."""
+        phase = (angle + 2.0 * np.pi * step / steps)[:, None] * ring.n
+        cosine, sine = np.cos(phase), np.sin(phase)
+        w = np.stack([ring.A * cosine, ring.A * sine], -1).reshape(len(angle), -1)
+        v = np.stack([ring.B * sine, -ring.B * cosine], -1).reshape(len(angle), -1)
+        return np.hstack([normal, -w]), np.hstack([tangential, -v])
+
     for step in range(n):
-        theta = angle + 2.0 * np.pi * (step + 1) / steps
-        phase = theta[:, None] * ring.n
-        w = np.stack([ring.A * np.cos(phase), ring.A * np.sin(phase)], -1).reshape(len(angle), -1)
-        v = np.stack([ring.B * np.sin(phase), -ring.B * np.cos(phase)], -1).reshape(len(angle), -1)
-        R, T = np.hstack([normal, -w]), np.hstack([tangential, -v])
+        (R0, T0), (R, _) = seen(step), seen(step + 1)
         new = keep * q + before * old
+        theta = angle + 2.0 * np.pi * (step + 1) / steps
         p = R @ new + bump(wall, theta, (step + 1) * h) - wall.clearance
         push = np.zeros(len(angle))
         if p.max() > 0.0:
-            G = R + wall.friction * T
+            G = R0 + wall.friction * T0
             push = forces((R * gain) @ G.T, p)
             new = new - gain * (G.T @ push)
         old, q = q, new

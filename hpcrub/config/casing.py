@@ -66,11 +66,12 @@ class CasingMode(Section):
     """A pair of modes of the casing, cos nθ and sin nθ, of one frequency."""
 
     waves: Wave = 2
-    """waves around the circumference, n [-]"""
+    """waves around the circumference, n; must be given [-]"""
     frequency_hz: Number = Field(100.0, gt=0, le=1e6)
-    """natural frequency at rest [Hz]"""
+    """natural frequency at rest; must be given [Hz]"""
     modal_mass_kg: Number = Field(100.0, gt=0, le=1e9)
-    """modal mass of a mode whose largest radial displacement at the contact circle is 1 [kg]"""
+    """modal mass of a mode whose largest radial displacement at the contact circle is 1; must be
+    given [kg]"""
     tangential_ratio: Number = Field(0.0, ge=-1e3, le=1e3)
     """largest tangential over largest radial displacement there, v = ratio (c sin nθ − s cos nθ)
     beside w = c cos nθ + s sin nθ; about −1/n in bending [-]"""

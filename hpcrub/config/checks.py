@@ -13,6 +13,7 @@ MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # most time steps of a revolution
 LARGEST_DAMPING = 0.1  # ratio that blades may have, air and dampers included
 ALIKE = 1.1  # frequency ratio below which casing modes of equal wave numbers are one pair
+TOLD = "waves", "frequency_hz", "modal_mass_kg"  # what each casing mode must tell
 BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # endings of figures and logs
 
 
@@ -217,6 +218,12 @@ def _ring_problems(casing):
          "casing.ring.bed_radial_n_per_m2, or leave 1 out"),
         *((is_ring, f"casing.ring.waves: {n} is given twice") for n in twice),
     )  # fmt: skip
+    for number, mode in enumerate(modes):
+        if missing := [key for key in TOLD if key not in mode.model_fields_set]:
+            yield (
+                f"casing.modes.{number}: {', '.join(missing)} not given; no usual value of a "
+                "casing is known"
+            )
     for one, other in pairwise(sorted(modes, key=lambda mode: (mode.waves, mode.frequency_hz))):
         alike = other.frequency_hz <= ALIKE * one.frequency_hz
         if one.waves == other.waves and alike:

@@ -127,7 +127,9 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> No
     waves, n_real, modes = modes.waves, len(modes.real), modes.joined
     scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(scene.scheme, modes.omega, ratios, h)
     if waves:
-        modes = _fill_waves(bank, lane, modes, n_real, waves.eigenvalue, h)
+        _fill_waves(bank, lane, n_real, waves.eigenvalue, h)
+    if len(turn := scheme.turn[:, lane]):
+        modes = _kicked(modes, turn[::2], turn[1::2])
     if scheme.squared.ndim == 2:
         scheme.squared[:, lane] = modes.omega**2
     if len(scheme.moved):
@@ -151,33 +153,33 @@ def _halve_first_impulse(bank, lane, n_real):
     bank.state.position[n_real:, lane] -= half[n_real:]  # complex modes, which have no increment
 
 
-def _fill_waves(bank, lane, rows, first, eigenvalue, h):
+def _fill_waves(bank, lane, first, eigenvalue, h):
     """Give a lane its complex modes in the rows from ``first`` on (bank is modified).
 
     A force kicks z along e^{λh}. The gain is taken from a real mode of the same frequency and
-    damping, so that the response to a constant force is exact. Returns ``rows``, in which `normal`
-    and `observed` have become the displacements by a kick.
+    damping, so that the response to a constant force is exact.
     """
     scheme, size, angle = bank.scheme, np.abs(eigenvalue), eigenvalue.imag * h
     gain = coefficients("exact_modal", size, -eigenvalue.real / size, h)[1]
     gain, decay = gain * eigenvalue.imag / np.sin(angle), np.exp(eigenvalue.real * h)
-    n, cosine, sine = 2 * len(angle), np.cos(angle), -np.sin(angle)
+    n = 2 * len(angle)
     scheme.gain[first : first + n, lane] = np.repeat(gain, 2)
     scheme.decay[first : first + n, lane] = np.repeat(decay, 2)
-    scheme.turn[0:n:2, lane], scheme.turn[1:n:2, lane] = cosine, sine
-    return rows._replace(
-        normal=_kicked(rows.normal, first, cosine, sine),
-        observed=_kicked(rows.observed, first, cosine, sine),
-    )
+    scheme.turn[0:n:2, lane], scheme.turn[1:n:2, lane] = np.cos(angle), -np.sin(angle)
 
 
-def _kicked(rows, first, cosine, sine):
-    """Displacements (n, K) with those of complex modes turned against the angle of a kick."""
-    turned, end = rows.copy(), first + 2 * len(cosine)
-    re, im = rows[:, first:end:2], rows[:, first + 1 : end : 2]
-    turned[:, first:end:2] = cosine * re - sine * im
-    turned[:, first + 1 : end : 2] = sine * re + cosine * im
-    return turned
+def _kicked(modes, cosine, sine):
+    """Modes whose last rows are pairs, with `normal` and `observed` turned against a kick."""
+
+    def moved(rows):
+        turned, first = rows.copy(), rows.shape[1] - 2 * len(cosine)
+        re, im = rows[:, first::2], rows[:, first + 1 :: 2]
+        turned[:, first::2] = cosine * re - sine * im
+        turned[:, first + 1 :: 2] = sine * re + cosine * im
+        return turned
+
+    normal, observed = moved(modes.normal), moved(modes.observed)
+    return modes._replace(normal=normal, observed=observed, load=modes.forces)
 
 
 def set_motion(

@@ -14,7 +14,7 @@ from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, together
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import PLACES, TILE, TIPS
-from hpcrub.contact.passes import correct, project
+from hpcrub.contact.passes import correct, pair_of_forces, project
 
 NO_LANES = np.zeros(0, dtype=np.int64)
 # A stress below NEAR of its largest so far is computed in every APART-th step only. This lost no
@@ -37,13 +37,13 @@ def record_displacements(
     block: place of the block in the ring.
     """
     scheme, state = bank.scheme, bank.state
-    n_modes, n_observed = scheme.observed.shape
+    n_disk, n_observed = scheme.observed.shape[0] - scheme.casing, scheme.observed.shape[1]
     if scheme.moved.shape[0] == 0:
         correct(lanes, scheme, state, n_active)
         n_active = 0
     for first in range(0, n_observed, TILE):
         seen = v.tile_splat(TIPS, v.splat(lanes, 0.0))
-        seen = project(lanes, scheme.observed, state.position, first, 0, n_modes, seen)
+        seen = project(lanes, scheme.observed, state.position, first, 0, n_disk, seen)
         for a in range(n_active):
             j = state.active[a]
             rows = v.consecutive(TIPS, j * n_observed + first)
@@ -52,6 +52,21 @@ def record_displacements(
             v.tile_store(history, v.consecutive(TIPS, row * n_observed + first), seen)
         v.tile_rise(peak, v.consecutive(TIPS, block * n_observed + first), seen)
     return n_active
+
+
+@compiled(inline=True, inner=True)
+def record_casing(lanes: tuple, bank: Bank, table: np.ndarray, row: int, n_active: int) -> None:
+    """Record the coordinates of the casing's pairs after a step (table is modified).
+
+    n_active: active points that the corrector has still to apply; row: of the record.
+    """
+    scheme, state = bank.scheme, bank.state
+    first = state.position.shape[0] - scheme.casing
+    for k in range(first, state.position.shape[0], 2):
+        at, gain = row * scheme.casing + k - first, v.load(lanes, scheme.gain, k)
+        c, s = pair_of_forces(lanes, scheme, state, n_active, k)
+        v.store(table, at, v.fma(c, gain, v.load(lanes, state.position, k)))
+        v.store(table, at + 1, v.fma(s, gain, v.load(lanes, state.position, k + 1)))
 
 
 @compiled(inner=True)
@@ -123,6 +138,7 @@ class Record(NamedTuple):
     stress: np.ndarray  # (1, L) largest |stress| where it was last computed [Pa]
     stress_peak: np.ndarray  # (1, L) largest |stress| of all steps since it was set to zero [Pa]
     casing: np.ndarray  # coordinates of the casing's pairs at the records (B·M·2J, L) [m·√kg]
+    ends: np.ndarray  # the same at the ends of the blocks of a call, at most E (E·2J, L) [m·√kg]
     begin: int  # place in the ring of the first block; negative to record nothing
     stride: int  # steps from one record to the next
     look: int  # steps from one look at the displacements to the next, a divisor of the stride
@@ -133,9 +149,11 @@ class Record(NamedTuple):
         lanes: tuple, bank: Bank, record: "Record", block: int, step: int, n_active: int
     ) -> int:
         """Record every ``stride``-th step, look at every ``look``-th; see ``observers``."""
+        n_steps, n_observed = bank.scheme.bump.shape[0], bank.scheme.observed.shape[1]
+        if bank.scheme.casing > 0 and step == n_steps - 1 and len(record.ends) > 0:
+            record_casing(lanes, bank, record.ends, block, n_active)
         if record.begin < 0:
             return n_active
-        n_steps, n_observed = bank.scheme.bump.shape[0], bank.scheme.observed.shape[1]
         place = (record.begin + block) % (record.peak.shape[0] // n_observed)
         if step == 0:
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
@@ -145,8 +163,9 @@ class Record(NamedTuple):
             n_active = record_displacements(
                 lanes, bank, record.history, record.peak, kept, place, n_active
             )
-        n_pairs = bank.scheme.casing
-        if len(record.watched) > 0 or (n_pairs > 0 and kept >= 0):
+        if bank.scheme.casing > 0 and kept >= 0:
+            record_casing(lanes, bank, record.casing, row, n_active)
+        if len(record.watched) > 0:
             correct(lanes, bank.scheme, bank.state, n_active)
             n_active = 0
         for i in range(len(record.watched)):
@@ -156,21 +175,18 @@ class Record(NamedTuple):
                 now = largest_stress(bank, lane, record.work)
                 record.stress[0, lane] = now
                 record.stress_peak[0, lane] = max(peak, now)
-        if n_pairs > 0 and kept >= 0:
-            first = bank.state.position.shape[0] - n_pairs
-            for i in range(n_pairs):
-                now = v.load(lanes, bank.state.position, first + i)
-                v.store(record.casing, row * n_pairs + i, now)
         return n_active
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
-        return "history", "peak", "stress_peak", "casing"
+        return "history", "peak", "stress_peak", "casing", "ends"
 
     @classmethod
-    def allocate(cls, bank: Bank, n_blocks: int, stride: int, look: int = 1) -> "Record":
-        """Record with an empty ring of n_blocks blocks of a bank."""
+    def allocate(
+        cls, bank: Bank, n_blocks: int, stride: int, look: int = 1, most: int = 0
+    ) -> "Record":
+        """Record with an empty ring of n_blocks blocks of a bank; most: blocks of a call, E."""
         n_records = len(bank.scheme.bump) // stride
         n_observed = bank.scheme.observed.shape[1]
         record = cls(
@@ -181,6 +197,7 @@ class Record(NamedTuple):
             stress=np.zeros((1, bank.width)),
             stress_peak=np.zeros((1, bank.width)),
             casing=np.zeros((n_blocks * n_records * bank.scheme.casing, bank.width)),
+            ends=np.zeros((most * bank.scheme.casing, bank.width)),
             begin=0,
             stride=stride,
             look=look,
@@ -189,4 +206,4 @@ class Record(NamedTuple):
 
 
 _NO = np.zeros((0, 1))
-NOTHING = Record(_NO, _NO, NO_LANES, _NO, _NO, _NO, _NO, begin=-1, stride=1, look=1)
+NOTHING = Record(_NO, _NO, NO_LANES, _NO, _NO, _NO, _NO, _NO, begin=-1, stride=1, look=1)

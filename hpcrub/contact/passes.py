@@ -11,7 +11,8 @@ displacement of every contact point per unit modal coordinate, G the modal force
 The next predictor also applies the corrector of a step, so that each step reads and writes the
 modal state once. The last rows are pairs: Re z and Im z of complex modes of a disk in air
 (`model.aero`), z ← e^{λh} (z + h Gλ), and pairs of modes of a casing that vibrates
-(`model.casing_modes`), ordinary modes whose coordinates turn at the end of a step.
+(`model.casing_modes`), ordinary modes whose coordinates turn at the end of a step. A force acts at
+the begin of its step, so that what it adds to a pair turns with the pair.
 
 The modes are taken in blocks, whose motion and coefficients stay in the first-level cache. A block
 needs two passes: its modes, a tile at a time, whose modal forces Gλ stay in registers; then its
@@ -104,11 +105,9 @@ def advance_tiles(
 def pair_of_forces(
     lanes: tuple, scheme: Scheme, state: State, n_active: int, k: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Modal forces (L,) of the active points on the pair in rows k and k + 1 [N/√kg]."""
+    """Modal forces (L,) of the active points on the pair in rows k and k + 1, turned [N/√kg]."""
     c, s = modal_forces(lanes, PAIR, scheme, state, n_active, k)
-    if k < scheme.normal.shape[0] - scheme.casing:  # on a complex mode a force acts along e^{λh}
-        c, s = turned(lanes, scheme, k, c, s)
-    return c, s
+    return turned(lanes, scheme, k, c, s)
 
 
 @compiled(inline=True, inner=True)

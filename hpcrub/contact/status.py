@@ -13,7 +13,7 @@ NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED = range(5)  # status of a point
 
 # reasons; only the stress tests, which audit the energy of every run, give BALANCE
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
-PERMANENT, FLUTTER, REVERSED, RUNAWAY, GROWING = 8, 9, 10, 11, 12
+PERMANENT, FLUTTER, REVERSED, RUNAWAY, GROWING, NOT_FED = 8, 9, 10, 11, 12, 13
 WORDS = (
     "none",
     "diverged: a displacement is not finite",
@@ -28,8 +28,12 @@ WORDS = (
     "a tip vibrates faster than it rotates: friction would reverse, and does not",
     "diverged: a wave of the casing grows without bound",
     "still growing: the motion will change into another one",
+    "diverged: a wave of the casing grows that is faster than the rotor, by friction or the step",
 )
-FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER, RUNAWAY)
+OF_CASING = RUNAWAY, NOT_FED  # reasons with a wave of the casing that grows
+FATAL = (
+    NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER, *OF_CASING,
+)  # fmt: skip
 
 
 def are_fatal(codes: npt.ArrayLike) -> np.ndarray:

@@ -93,13 +93,16 @@ class Modes(NamedTuple):
         """All rows of a motion, as Modes: those of `in_air`, then the pairs of the casing."""
         if self.waves:
             return self.in_air.joined
-        pairs, more = self.pairs, ((0, 0), (0, 2 * len(self.pairs.omega)))
+        pairs = self.pairs
         if not len(pairs.omega):
             return self
 
+        def alone(rows):
+            return np.hstack([rows, np.zeros((len(rows), 2 * len(pairs.omega)))])
+
         def rows(normal, tangential, axial):
             beside = np.hstack([normal, pairs.normal]), np.hstack([tangential, pairs.tangential])
-            return *beside, np.pad(axial, more)
+            return *beside, alone(axial)
 
         normal, tangential, axial = rows(self.normal, self.tangential, self.axial)
         return self._replace(
@@ -107,9 +110,9 @@ class Modes(NamedTuple):
             normal=normal,
             tangential=tangential,
             axial=axial,
-            observed=np.pad(self.observed, more),
-            stress=np.pad(self.stress, more),
-            stiffening=np.pad(self.stiffening, more),
+            observed=alone(self.observed),
+            stress=alone(self.stress),
+            stiffening=alone(self.stiffening),
             pairs=NO_PAIRS,
             load=self.load and rows(*self.load),
         )

@@ -16,7 +16,7 @@ from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes, toge
 from hpcrub.contact.observers import Record, strokes
 from hpcrub.contact.status import DIVERGED
 from hpcrub.model.reduction import Modes
-from hpcrub.response.casing_motion import LARGEST, Runaway, largest, share_of_energy
+from hpcrub.response.casing_motion import Runaway, largest, share_of_energy
 from hpcrub.response.ensemble import LastWindow, Recent, Windows
 from hpcrub.response.growth import Waves, record_step
 from hpcrub.response.revolution import Grid
@@ -26,6 +26,7 @@ from hpcrub.response.steady import check_blocks, localisation
 from hpcrub.response.wear import Wearing
 
 PIECE = 16384  # steps between two polls, if a block is not longer
+UNSEEN = 4  # revolutions after which a casing that vibrates is looked at
 NEVER = 1e-9  # decay rate [1/s] that stands for a motion that grows by itself
 
 
@@ -73,9 +74,8 @@ class Course:
         self.window = steady.window_revolutions * self.per_turn
         self.watch = watch_of(modes, scene, speed_hz)
         self.touched = start, np.zeros(0)  # a block, and `steps_touched` of the law there
-        limit = LARGEST * scene.interface.radius.max()
         vibrates = len(modes.pairs.omega) > 0
-        self.runaway = Runaway(modes.pairs, limit, self.per_turn) if vibrates else None
+        self.runaway = Runaway(modes.pairs, scene, self.per_turn) if vibrates else None
 
     def seconds(self, now: int) -> float:
         """Time from the start to a block [s]."""
@@ -122,11 +122,12 @@ class Band:
         self.bank = bank.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.waves = Waves.of(scene.interface.observed_blade, modes.pairs)
-        self.record = Record.allocate(self.bank, 2 * self.window, grid.stride, grid.look)
+        self.most_blocks = max(1, PIECE // grid.steps_per_block)  # between two polls
+        if len(modes.pairs.omega):  # a casing that runs away goes on until the next
+            self.most_blocks = min(self.most_blocks, UNSEEN * grid.blocks_per_revolution)
+        kept = 2 * self.window, grid.stride, grid.look, self.most_blocks
+        self.record = Record.allocate(self.bank, *kept)
         self.lanes: list[Course | None] = [None] * width
-        # blocks between two polls; a casing that vibrates is checked after every block
-        vibrates = len(modes.pairs.omega) > 0
-        self.most_blocks = 1 if vibrates else max(1, PIECE // grid.steps_per_block)
 
     def run(self, waiting: list[int], out: Any, poll: Any) -> int:
         """Integrate the speeds ``waiting`` (indices) into ``out``; return the number of steps."""
@@ -142,13 +143,13 @@ class Band:
             observer = self.record._replace(begin=place, watched=self._watched(now))
             integrate.run(self.bank, until - now, observer)
             self._follow(now, until)
-            now = until
+            before, now = now, until
             if poll is not None:
                 poll()
             for lane, course in self._running():
                 if course.check - self.window == now:  # the last window before a check begins
                     course.touched = now, self.bank.law.steps_touched(lane)
-                ended = self._ran_away(lane, course, now, out)
+                ended = self._ran_away(lane, course, before, now, out)
                 if ended or (course.check == now and self._finished(lane, course, now, out)):
                     n_steps += (now - course.start) * self.grid.steps_per_block
                     self._refill(lane, waiting, now)
@@ -215,15 +216,18 @@ class Band:
         self.record.stress_peak[:, lane] = 0.0
         self.lanes[lane] = Course(index, speed, modes, self.scene, self.grid, now)
 
-    def _ran_away(self, lane, course, now, out):
-        """End a lane whose casing runs away (out is modified), and return whether it does."""
-        casing = self.bank.state.position[-self.bank.scheme.casing :, lane]
-        if course.runaway is None or not course.runaway.see(casing):
+    def _ran_away(self, lane, course, before, now, out):
+        """End a lane whose casing ran away in the last blocks (out is modified); whether it did."""
+        if course.runaway is None:
             return False
-        growth = course.runaway.growth(course.speed_hz)
-        out.casing.waves[course.index], out.casing.growth[course.index] = growth
-        self._end(lane, course, now, out, DIVERGED, status.RUNAWAY)
-        return True
+        ends = self.record.ends[:, lane].reshape(self.most_blocks, -1)
+        n = course.runaway.see(ends[: now - before])
+        if n:
+            growth = course.runaway.growth(course.speed_hz)
+            out.casing.waves[course.index], out.casing.growth[course.index] = growth
+            reason = course.runaway.reason(course.speed_hz)
+            self._end(lane, course, before + n, out, DIVERGED, reason)
+        return n > 0
 
     def _finished(self, lane, course, now, out):
         """Check a lane; if it ends here, write its result (out is modified) and return True."""

@@ -1,9 +1,10 @@
 """Motion of a casing that vibrates: how far, in how many waves, and whether it runs away."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.contact import status
 from hpcrub.contact.arrays import Bank
 from hpcrub.model.casing_modes import Pairs
 from hpcrub.model.reduction import Modes
@@ -25,26 +26,35 @@ def radial(pairs: Pairs, coordinates: np.ndarray, angle: np.ndarray) -> np.ndarr
     """Outward motion of the casing (R, A) [m].
 
     coordinates: of the pairs, turned with the disk (R, 2J) [m·√kg].
-    angle: in the rotating frame (A,) or (R, A) [rad].
+    angle: in the rotating frame (A,) [rad]; in that of the casing for coordinates `at_rest`.
     """
-    moved = np.zeros((len(coordinates), np.shape(angle)[-1]))
-    for j, n in enumerate(pairs.n_waves):
-        c, s = coordinates[:, 2 * j, None], coordinates[:, 2 * j + 1, None]
-        moved += pairs.radial[j] * (c * np.cos(n * angle) + s * np.sin(n * angle))
-    return moved
+    phase = np.outer(pairs.n_waves, angle)
+    rows = pairs.radial[:, None, None] * np.stack([np.cos(phase), np.sin(phase)], axis=1)
+    return coordinates @ rows.reshape(-1, len(angle))
+
+
+def at_rest(pairs: Pairs, coordinates: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Coordinates of the pairs (R, 2J) in the casing's frame, after angles turned (R,) [rad]."""
+    y = coordinates[:, ::2] - 1j * coordinates[:, 1::2]
+    y = y * np.exp(-1j * np.outer(turned, pairs.n_waves))
+    return np.stack([y.real, -y.imag], axis=2).reshape(coordinates.shape)
 
 
 def amplitudes(pairs: Pairs, coordinates: np.ndarray) -> np.ndarray:
     """Radial amplitude of every wave (..., J) [m] at coordinates of the pairs (..., 2J)."""
-    return np.hypot(coordinates[..., ::2], coordinates[..., 1::2]) * np.abs(pairs.radial)
+    squares = coordinates**2
+    return np.sqrt(squares[..., ::2] + squares[..., 1::2]) * np.abs(pairs.radial)
 
 
 def largest(pairs: Pairs, coordinates: np.ndarray) -> tuple[float, int]:
     """Largest radial motion [m] at coordinates (R, 2J), and n of the wave that moves most."""
     n_angles = ANGLES_PER_WAVE * max(int(pairs.n_waves.max()), 1)
     angle = np.arange(n_angles) * (2.0 * np.pi / n_angles)
-    most = np.argmax((amplitudes(pairs, coordinates) ** 2).mean(axis=0))
-    return float(np.abs(radial(pairs, coordinates, angle)).max()), int(pairs.n_waves[most])
+    size = amplitudes(pairs, coordinates)
+    most, bound = int(np.argmax((size**2).mean(axis=0))), size.sum(axis=1)
+    least = np.abs(radial(pairs, coordinates[[bound.argmax()]], angle)).max()
+    near = coordinates[bound >= least]  # no other record can have a larger motion
+    return float(np.abs(radial(pairs, near, angle)).max()), int(pairs.n_waves[most])
 
 
 def share_of_energy(modes: Modes, bank: Bank, lane: int) -> float:
@@ -60,15 +70,23 @@ def share_of_energy(modes: Modes, bank: Bank, lane: int) -> float:
 class Runaway:
     """Watches whether a wave of the casing grows beyond a limit in a lane."""
 
-    def __init__(self, pairs: Pairs, limit: float, blocks_per_revolution: int) -> None:
-        """Start from rest; limit: amplitude beyond which the casing runs away [m]."""
-        self.pairs, self.limit, self.per_turn = pairs, limit, blocks_per_revolution
-        self.sizes: list[np.ndarray] = []  # amplitudes of every wave (J,) [m] at the ends of blocks
+    def __init__(self, pairs: Pairs, scene: Any, blocks_per_revolution: int) -> None:
+        """Start from rest; scene: a Scene, for the radius of the tips."""
+        self.pairs, self.per_turn = pairs, blocks_per_revolution
+        self.limit = LARGEST * scene.interface.radius.max()
+        self.sizes = np.zeros((0, len(pairs.omega)))  # of every wave, at the ends of blocks [m]
 
-    def see(self, coordinates: np.ndarray) -> bool:
-        """Note the pairs' coordinates (2J,) after a block; return whether the casing runs away."""
-        self.sizes = [*self.sizes[-self.per_turn :], amplitudes(self.pairs, coordinates)]
-        return not bool((self.sizes[-1] <= self.limit).all())
+    def see(self, coordinates: np.ndarray) -> int:
+        """Note the pairs' coordinates (B, 2J) after each of some blocks.
+
+        Returns the number of blocks after which the casing runs away, or 0.
+        """
+        with np.errstate(all="ignore"):  # a casing that ran away goes on to the end of a call
+            new = amplitudes(self.pairs, coordinates)
+        beyond = ~(new <= self.limit).all(axis=1)
+        n = int(beyond.argmax()) + 1 if beyond.any() else 0
+        self.sizes = np.concatenate([self.sizes, new[: n or len(new)]])[-self.per_turn - 1 :]
+        return n
 
     def growth(self, speed_hz: float) -> tuple[int, float]:
         """Number n of the largest wave, and its rate of growth [1/s]; speed_hz: of rotation."""
@@ -78,3 +96,9 @@ class Runaway:
         with np.errstate(all="ignore"):
             rate = float(np.log(now[wave] / before[wave]) / time)
         return int(self.pairs.n_waves[wave]), rate if np.isfinite(rate) else np.nan
+
+    def reason(self, speed_hz: float) -> int:
+        """Code of ``status``: RUNAWAY only of a wave that the rotor overtakes at a speed [Hz]."""
+        wave = int(np.argmax(np.nan_to_num(self.sizes[-1], nan=np.inf)))
+        overtaken = self.pairs.omega[wave] < 2.0 * np.pi * speed_hz * self.pairs.n_waves[wave]
+        return status.RUNAWAY if overtaken else status.NOT_FED

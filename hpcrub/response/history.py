@@ -22,6 +22,7 @@ from hpcrub.contact.passes import correct
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import judge, watch_of
+from hpcrub.response.casing_motion import Runaway
 from hpcrub.response.ensemble import Recent, Verdict
 from hpcrub.response.growth import Waves, record_step
 from hpcrub.response.revolution import Grid, cut_revolution, speed_bands
@@ -47,6 +48,8 @@ class Piece(NamedTuple):
     axial_force: np.ndarray  # against +z (R, C, S), (R, 0, S) without axial motion [N]
     worn: Sequence[np.ndarray]  # worn depth of every bar at the end, for each speed (Z, N) [m]
     reason: np.ndarray  # (S,) uint8: code of ``status``; a fatal one stays, and voids the history
+    # waves of a casing that runs away, and their rate of growth [1/s] (S, 2); NaN: it does not
+    growth: np.ndarray
 
 
 class Trace(NamedTuple):
@@ -200,23 +203,25 @@ def integrate(
     - motion: initial motion, rest by default (modified: it becomes the motion at the end).
     - poll: called without arguments after every Piece; an exception from it ends the integration.
 
-    The `reason` of the last Piece holds for the whole history.
+    The `reason` of the last Piece holds for the whole history; after all have failed none moves.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n_speeds = len(speeds_hz)
-    if motion is None:
-        motion = Motion.at_rest(n_speeds, modes.n_rows)
+    motion = motion or Motion.at_rest(n_speeds, modes.n_rows)
     grid = cut_revolution(speeds_hz.min(), scene)
     bank = allocate(modes, scene, grid, len(LANES), speeds_hz)
     for lane in range(n_speeds):
         set_motion(bank, lane, *(values[lane] for values in motion))
-    reason = np.zeros(n_speeds, dtype=np.uint8)
+    reason, growth = np.zeros(n_speeds, dtype=np.uint8), np.full((n_speeds, 2), np.nan)
+    runaways = [Runaway(modes.pairs, scene, grid.blocks_per_revolution) for _ in speeds_hz]
     for _ in range(n_blocks(speeds_hz.max(), duration, grid)):
-        piece = _piece(bank, modes, scene, grid, n_speeds)
-        for lane in range(n_speeds):
-            if not status.are_fatal(reason[lane]):
-                reason[lane] = judge(bank, lane, piece.peak[:, lane], scene)
-        yield piece._replace(reason=reason.copy())
+        piece = _piece(bank, modes, scene, grid, n_speeds, bool(status.are_fatal(reason).all()))
+        for lane in np.flatnonzero(~status.are_fatal(reason)).tolist():
+            reason[lane] = judge(bank, lane, piece.peak[:, lane], scene)
+            if runaways[lane].see(piece.casing[-1:, :, lane]):
+                reason[lane] = runaways[lane].reason(speeds_hz[lane])
+                growth[lane] = runaways[lane].growth(speeds_hz[lane])
+        yield piece._replace(reason=reason.copy(), growth=growth)
         if poll is not None:
             poll()
     for lane in range(n_speeds):
@@ -224,15 +229,18 @@ def integrate(
             values[lane] = end
 
 
-def _piece(bank, modes, scene, grid, n_speeds):
-    """Integrate one block into a Piece, without its reasons (bank is modified)."""
+def _piece(bank, modes, scene, grid, n_speeds, failed):
+    """Integrate one block into a Piece, without its reasons, unless failed (bank is modified)."""
     n_records, width = grid.steps_per_block // grid.kept, len(LANES)
     n_observed, n_columns = len(modes.observed), bank.scheme.observed.shape[1]
-    position = np.empty((n_records, len(bank.state.position), width))
+    position = np.zeros((n_records, len(bank.state.position), width))
     observed, peak = (np.zeros((n * n_columns, width)) for n in (n_records, 2))
     force = np.zeros((n_records, len(bank.state.multiplier), width))
     started = bank.state.n_steps[:n_speeds].copy()
-    run(bank, 1, Trace(position, observed, peak, force, grid.kept, grid.look))
+    if failed:
+        bank.state.n_steps[:n_speeds] += grid.steps_per_block
+    else:
+        run(bank, 1, Trace(position, observed, peak, force, grid.kept, grid.look))
     steps = started + grid.kept * np.arange(1, n_records + 1)[:, None]
     force = force[:, :, :n_speeds] / grid.kept
     normal, tangential, axial = bank.law.forces_on_points(force, scene)
@@ -243,5 +251,5 @@ def _piece(bank, modes, scene, grid, n_speeds):
     peak = peak[:n_observed, :n_speeds]
     worn = [bank.law.surface.worn_depth(k) for k in range(n_speeds if scene.coating else 0)]
     return Piece(
-        time, position, casing, observed, peak, normal, tangential, axial, worn, np.empty(0)
+        time, position, casing, observed, peak, normal, tangential, axial, worn, *np.empty((2, 0))
     )

@@ -87,6 +87,19 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
         )
 
 
+def casing(config: Config) -> Iterator[Finding]:
+    """Finding that a casing which vibrates must be known as well as the disk."""
+    if config.casing.vibrates:
+        is_ring = config.casing.ring.thickness_mm is not None
+        what = "damping, thickness and radius" if is_ring else "damping and frequencies"
+        yield Finding(
+            REMARK,
+            "a casing that vibrates",
+            f"{what} of the casing can move peaks by tens of per cent: study: checklist shows by "
+            f"how much (casing.{'ring' if is_ring else 'modes'})",
+        )
+
+
 def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
     """Finding about points without a result; reasons: number of points by reason of ``status``."""
     if not n_lost:
@@ -94,11 +107,16 @@ def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
     fatal = np.where(status.are_fatal(np.arange(len(reasons))), reasons, 0)
     word = "flutter" if fatal.argmax() == status.FLUTTER else "no result"
     points = f"{n_lost} of {n_points} points"
+    change = "contact.friction, casing or damping"
+    if fatal.argmax() == status.RUNAWAY:
+        change = "the casing: a stiffer or better damped one, or fewer of its waves"
+    elif fatal.argmax() == status.NOT_FED:
+        change = "time.step_s first, then contact.friction"
     yield Finding(
         USELESS if n_lost > FEW * n_points else REMARK,
         f"{word} at {points}",
         f'{points} have no result, mostly by "{status.words(int(fatal.argmax()))}": leave these '
-        "speeds out, or change contact.friction, casing or damping",
+        f"speeds out, or change {change}",
     )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hpcrub.config.casing import MOST_WAVES
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.casing_modes import CasingModes, Ring, ring_modes
@@ -25,19 +26,40 @@ def casing_modes_of(config: Config) -> CasingModes | None:
     return modes
 
 
-def _of_ring(config):
-    ring = config.casing.ring
-    beside_tips = config.disk.tip_radius_mm + ring.thickness_mm / 2.0
-    radius = beside_tips if ring.radius_mm is None else ring.radius_mm
+def overtaken(config: Config, casing: CasingModes) -> tuple[np.ndarray, np.ndarray]:
+    """Waves n (J,) that the rotor overtakes: those that are followed, and of a ring all others."""
+    highest, ring = 2.0 * np.pi * config.speeds.to_hz, config.casing.ring
+    of_all = casing.n_waves[casing.critical_speeds < highest]
+    if ring.thickness_mm is None:
+        return of_all, of_all[:0]
+    is_held = ring.bed_radial_n_per_m2 > 0.0 or ring.bed_tangential_n_per_m2 > 0.0
+    others = np.setdiff1d(np.arange(1 if is_held else 2, MOST_WAVES + 1), casing.n_waves)
+    modes = ring_modes(_elastic(config), others, 0.0)
+    return of_all, others[modes.critical_speeds < highest]
+
+
+def _elastic(config):
+    ring, tips = config.casing.ring, config.disk.tip_radius_mm
+    radius = tips + ring.thickness_mm / 2.0 if ring.radius_mm is None else ring.radius_mm
+    if radius + ring.thickness_mm / 2.0 < tips:
+        raise InputError(
+            f"casing.ring.radius_mm: a ring of {radius:g} mm lies inside the blade tips, which "
+            f"have a radius of {tips:g} mm; null stands at the tips"
+        )
     section = radius / 1000, ring.thickness_mm / 1000, ring.width
     bed = ring.bed_radial_n_per_m2, ring.bed_tangential_n_per_m2
-    elastic = Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)
+    return Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)
+
+
+def _of_ring(config):
+    ring, elastic = config.casing.ring, _elastic(config)
     try:
         return ring_modes(elastic, np.array(sorted(ring.waves)), ring.damping_ratio)
     except ValueError as error:
         raise InputError(
             f"casing.ring.waves: {error} in a ring of {ring.thickness_mm:g} mm on a bed of "
-            f"{bed[0]:g} N/m²; leave it out, or give more casing.ring.bed_radial_n_per_m2"
+            f"{elastic.bed_radial:g} N/m²; leave it out, or give more "
+            "casing.ring.bed_radial_n_per_m2"
         ) from None
 
 

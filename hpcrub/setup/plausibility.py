@@ -18,6 +18,7 @@ from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.scene import can_touch
 from hpcrub.response.sliding import critical_friction, growth_rate
 from hpcrub.setup import imported
+from hpcrub.setup.casing import overtaken
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import Problem
 
@@ -62,6 +63,7 @@ def steady_problems(config: Config) -> Iterator[str]:
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Warnings about unresolved numbers, for the result file and its figures."""
     yield from _unit_warnings(config)
+    yield from _ring_warnings(config)
     yield from _model_warnings(config)
     yield from _air_warnings(config, problem)
     yield from _noise_warnings(config)
@@ -147,13 +149,45 @@ def _wave_warnings(config, problem):
     if casing is None:
         return
     critical = casing.critical_speeds / (2.0 * np.pi)
-    overtaken = casing.n_waves[critical < config.speeds.to_hz]
-    if len(overtaken):
+    followed, others = overtaken(config, casing)
+    if len(followed):
         yield (
             f"overtaken waves: from {critical.min():.4g} Hz on the rotor is faster than waves "
-            f"around the casing (n = {', '.join(map(str, overtaken))}); contact feeds them, so "
+            f"around the casing (n = {_listed(followed)}); contact feeds them, so "
             "that motions may grow until tips leave the casing, or without bound"
         )
+    if len(others):
+        yield (
+            f"overtaken waves: up to {config.speeds.to_hz:g} Hz the rotor is faster, too, than the "
+            f"waves n = {_listed(others)}, which are not followed (casing.ring.waves) and which "
+            "contact would feed as well"
+        )
+
+
+def _listed(waves):
+    """Numbers of waves in words, a row without gaps by its ends."""
+    is_row = len(waves) > 2 and np.ptp(waves) == len(waves) - 1
+    return f"{min(waves)} to {max(waves)}" if is_row else ", ".join(map(str, waves))
+
+
+def _ring_warnings(config):
+    """Warn of dimensions and materials that no casing has and that wrong units give."""
+    ring, tips = config.casing.ring, config.disk.tip_radius_mm
+    if ring.thickness_mm is None:
+        return
+    for key, low, high in (
+        ("thickness_mm", 1e-3 * tips, 0.2 * tips),
+        ("width_mm", 1e-2 * tips, 2.0 * tips),
+        ("radius_mm", 0.9 * tips, 1.3 * tips),
+        ("young_modulus_gpa", 1.0, 1000.0),
+        ("density_kg_m3", 500.0, 20000.0),
+    ):
+        value = getattr(ring, key)
+        if value is not None and not low <= value <= high:
+            yield (
+                f"units: casing.ring.{key} is {value:g}, where casings around tips of {tips:g} mm "
+                f"have {low:.3g} to {high:,.5g}"
+            )
 
 
 def _unit_warnings(config):

@@ -93,11 +93,14 @@ def build_problem(config: Config) -> Problem:
     pattern = config.pattern_deviation
     largest = config.mistuning.largest if pattern is None else np.max(pattern) + FURTHEST
     stiffest = max(FURTHEST, largest)  # of the runs of the tuned disk, or of a sample
-    limit = 2.0 / np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest))
+    fastest = float(np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest)))
+    if reduced.casing:
+        fastest = max(fastest, reduced.casing.omega.max())
+    limit = 2.0 / fastest
     if config.time.scheme == "central_difference" and not resolution.longest_step(config) < limit:
         raise InputError(
             f"time.step_s: {config.time.step_s:g} is not below {limit:.4g} s, the stability limit "
-            "of central_difference for this model"
+            f"of central_difference for this {'disk and casing' if reduced.casing else 'model'}"
         )
     return Problem(reduced, scene_of(config, reduced))
 

@@ -53,6 +53,8 @@ _CASING = (
         "outward motion of the casing at an angle of its own",
     ),
     Dataset("casing_angle_deg", ("casing_angle",), "degree", "angle, from tip 0 at the time zero"),
+    Dataset("casing_waves", ("disk",), "1", "waves of a casing that runs away; NaN: it does not"),
+    Dataset("casing_growth_per_s", ("disk",), "1/s", "rate at which they grow; NaN: they do not"),
 )  # fmt: skip
 N_ANGLES = 120
 # angles in the frame of the casing at which its motion is kept [rad]
@@ -88,15 +90,14 @@ def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> 
 
 
 def _motion(pieces, followed):
-    """Times, forces, positions and casing of all pieces, worn depths, and the last reason."""
-    parts, worn_depth, reason = [], [], status.NONE
+    """Times, forces, positions and casing of all pieces, worn depths, and the last Piece."""
+    parts, worn_depth, piece = [], [], None
     for piece in pieces:
         followed.take(piece, 0)
         worn_depth += [depth.max() for depth in piece.worn]
         values = piece.time, piece.normal_force, piece.position, piece.casing
         parts.append([of_lanes[..., 0].copy() for of_lanes in values])  # other lanes are empty
-        reason = piece.reason[0]
-    return map(np.concatenate, zip(*parts, strict=True)), worn_depth, reason
+    return map(np.concatenate, zip(*parts, strict=True)), worn_depth, piece
 
 
 def _tests(followed, task, tangential, per_block):
@@ -187,8 +188,8 @@ class TimeResponse(StudyInTime):
         speed, duration = config.speeds.from_hz, config.history.duration_s
         followed = history.Follower(modes, scene, speed, duration)
         pieces = history.integrate(modes, scene, np.array([speed]), duration, poll=poll)
-        (time, force, position, casing), worn_depth, reason = _motion(pieces, followed)
-        failed = status.are_fatal(reason)
+        (time, force, position, casing), worn_depth, end = _motion(pieces, followed)
+        reason, failed = end.reason[0], status.are_fatal(end.reason[0])
         tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
         window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
         share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
@@ -200,6 +201,9 @@ class TimeResponse(StudyInTime):
                 yield "contact_angle_rad", (), scene.interface.angle
         yield "point_reason", task, reason
         yield "point_status", task, DIVERGED
+        if config.casing.vibrates:
+            yield "casing_waves", task, end.growth[0, 0]
+            yield "casing_growth_per_s", task, end.growth[0, 1]
         if failed:
             return
         wall = casing_motion.radial(modes.pairs, casing, scene.interface.angle)
@@ -210,8 +214,8 @@ class TimeResponse(StudyInTime):
         if scene.observes_stress:
             yield "stress_pa", task, position @ modes.stress.T
         if config.casing.vibrates:
-            turned = CASING_ANGLES - 2.0 * np.pi * speed * time[:, None]
-            yield "casing_radial_m", task, casing_motion.radial(modes.pairs, casing, turned)
+            still = casing_motion.at_rest(modes.pairs, casing, 2.0 * np.pi * speed * time)
+            yield "casing_radial_m", task, casing_motion.radial(modes.pairs, still, CASING_ANGLES)
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)
             yield from worn.of_speed(followed.wear, task)
@@ -225,7 +229,11 @@ class TimeResponse(StudyInTime):
         states, reason = file.read("point_status"), file.read("point_reason")
         for disk, name in enumerate(DISKS[: len(states)]):
             if states[disk] == DIVERGED:
-                yield f"{name}: {status.words(reason[disk])}"
+                why = status.words(reason[disk])
+                if reason[disk] in status.OF_CASING:
+                    why += f", n = {file.read('casing_waves', disk):.0f} with "
+                    why += f"{file.read('casing_growth_per_s', disk):.3g} 1/s"
+                yield f"{name}: {why}"
                 continue
             check, known = first_known(file, disk), "not steady"
             if check is not None:

@@ -97,7 +97,10 @@ def test_table2_is_the_papers_in_reversed_order():
 
 
 def test_effective_configuration_has_every_key():
-    casing = {"harmonics": [{"order": 2}], "modes": [{"waves": 2}]}
+    casing = {
+        "harmonics": [{"order": 2}],
+        "modes": [{"waves": 2, "frequency_hz": 100, "modal_mass_kg": 100}],
+    }
     text = Config(casing=casing, aero={"influence": [{"blades": 0}]}).to_yaml()
     for key in key_table(Config):
         assert f"{key.path.rsplit('.', 1)[-1]}:" in text

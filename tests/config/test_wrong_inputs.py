@@ -132,7 +132,10 @@ WRONG = [
     ("casing: {ring: {thickness_mm: 5}, modes: [{waves: 2}]}", "cannot be combined with casing.r"),
     ("casing: {ring: {thickness_mm: 5}, growth_time_s: 0}", "bumps that overlap the tips"),
     ("casing: {modes: [{waves: 2, frequency_hz: -3}]}", "frequency_hz: -3 is out of range"),
-    ("casing: {modes: [{waves: 3, frequency_hz: 50}, {waves: 3, frequency_hz: 51}]}",
+    ("casing: {modes: [{}]}", "waves, frequency_hz, modal_mass_kg not given; no usual value"),
+    ("casing: {modes: [{waves: 2, frequency_hz: 90}]}", "casing.modes.0: modal_mass_kg not given"),
+    ("casing: {modes: [{waves: 3, frequency_hz: 50, modal_mass_kg: 9}, "
+     "{waves: 3, frequency_hz: 51, modal_mass_kg: 9}]}",
      "n = 3 at 50 and 51 Hz; cos nθ and sin nθ are one pair of one frequency"),
     # laws and coatings
     ("contact: {coating: {tip_area_mm2: 0}}", "allowed is a number above 0 and up to 100,"),

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from evidence.validation.casing import ALUMINIUM, STEEL
-from hpcrub.contact.status import DIVERGED, RUNAWAY
+from hpcrub.contact.status import DIVERGED, NOT_FED, RUNAWAY
 from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response import casing_motion
+from hpcrub.response import casing_motion, history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.sweep import run_sweep
 from tests.program import at_speed, whole
@@ -69,6 +69,52 @@ def test_a_casing_that_runs_away_ends_its_speed_at_once(problem):
         rate = np.log(sizes[-1, wave] / sizes[-1 - per_turn, wave]) * speed
         assert result.casing.growth[0] == pytest.approx(rate, rel=1e-6)
     assert np.isnan(result.amplitude[0])
+
+
+def test_a_history_ends_with_a_casing_that_runs_away_as_a_sweep_does(problem):
+    modes, speed = modes_in(problem, ALUMINIUM, 8), SPEEDS[1]
+    result = run_sweep(modes, problem.scene, [speed])
+    pieces = list(history.integrate(modes, problem.scene, [speed], 0.3))
+    assert pieces[-1].reason[0] == RUNAWAY
+    growth = result.casing.waves[0], result.casing.growth[0]
+    np.testing.assert_allclose(pieces[-1].growth[0], growth, rtol=1e-9)
+    failed = [piece.reason[0] != 0 for piece in pieces]
+    assert pieces[failed.index(True)].time[-1, 0] == pytest.approx(result.time[0])
+    assert not any(piece.position.any() for piece in pieces[failed.index(True) + 1 :])
+    assert pieces[-1].time[-1, 0] == pytest.approx(0.3, abs=0.01)
+
+
+def test_only_a_wave_that_the_rotor_overtakes_is_fed(problem):
+    """Of steel, 20 mm: n = 2 travels at 25.3 Hz, n = 3 at 47.8 Hz."""
+    pairs = ring_modes(STEEL, np.array([2, 3]), 0.0).seen_from(np.zeros(1))
+    for grown, speed, reason in ((0, 34.0, RUNAWAY), (1, 34.0, NOT_FED), (1, 48.0, RUNAWAY)):
+        watch, coordinates = casing_motion.Runaway(pairs, problem.scene, 4), np.zeros((3, 4))
+        coordinates[1:, 2 * grown] = 1.0 / pairs.radial[grown]
+        assert watch.see(coordinates[:1]) == 0
+        assert watch.see(coordinates) == 2
+        assert watch.reason(speed) == reason
+        assert watch.growth(speed)[0] == pairs.n_waves[grown]
+
+
+def test_a_casing_that_vibrates_is_looked_at_every_few_revolutions(problem):
+    """One after every block made 492 calls of the kernel of a sample out of 17."""
+    polls, modes = [], modes_in(problem, STEEL)
+    result = run_sweep(modes, problem.scene, SPEEDS[:1], poll=lambda: polls.append(1))
+    blocks = result.n_steps / cut_revolution(SPEEDS[0], problem.scene).steps_per_block
+    assert len(polls) < blocks / 8
+
+
+def test_the_largest_motion_is_that_of_all_records_and_angles():
+    casing = ring_modes(STEEL, np.array([0, 2, 3, 4, 5, 6]), 0.0)
+    pairs = casing.seen_from(np.zeros(1))
+    y = np.random.default_rng(3).normal(size=(400, 12))
+    angle, turned = np.linspace(0, 2 * np.pi, 97)[:-1], np.linspace(0, 9, 400)
+    outward = casing.rows(angle)[0]
+    assert casing_motion.largest(pairs, y)[0] == pytest.approx(np.abs(y @ outward.T).max())
+    fixed = casing_motion.radial(pairs, casing_motion.at_rest(pairs, y, turned), angle)
+    for r in (0, 57, 399):
+        seen, _ = casing.rows(angle - turned[r])
+        np.testing.assert_allclose(fixed[r], seen @ y[r], atol=1e-12)
 
 
 def test_a_casing_at_rest_in_a_wave_that_turns_with_the_rotor():

@@ -47,11 +47,22 @@ def test_inputs_that_come_along_keep_their_step_and_are_resolved(path, monkeypat
             assert [line for line in found if not line.startswith(true)] == []
 
 
+def test_overtaken_waves_that_are_not_followed_are_named():
+    first, more = told(Config(casing={"ring": {"thickness_mm": 2}}), "overtaken waves")
+    assert "(n = 2 to 8)" in first
+    assert "the waves n = 9 to 18, which are not followed (casing.ring.waves)" in more
+    (only,) = told(Config(casing={"ring": {"thickness_mm": 20, "waves": [3, 4]}}), "overtaken")
+    assert "the waves n = 2, which are not followed" in only
+
+
 def test_units_that_were_mistaken_are_told():
     """2,000 rpm as Hz: tips at 2π·2000·0.5 = 6,283 m/s; a clearance in micrometres."""
     for keys, words in (
         ({"speeds.from_hz": 2000.0, "speeds.to_hz": 2000.0}, "tips run at 6,283 m/s, faster"),
         ({"casing.clearance_mm": 250.0}, "the clearance is 50 % of the tips' radius"),
+        ({"casing.ring.thickness_mm": 2000.0}, "ring.thickness_mm is 2000, where casings around"),
+        ({"casing.ring.thickness_mm": 20.0, "casing.ring.width_mm": 0.1}, "have 5 to 1,000"),
+        ({"casing.ring.thickness_mm": 20.0, "casing.ring.density_kg_m3": 7.8}, "have 500 to 20,00"),
     ):
         (line,) = told(Config().replace(keys), "units")
         assert words in line
@@ -70,8 +81,9 @@ def test_a_casing_whose_slope_matters_beside_friction_is_marked(order, slope):
 SLOWEST = {  # what damps the slowest motion of all, by its damping ratio
     "disk": lambda ratio: {"material.damping_ratio": ratio},
     "air": lambda ratio: {"aero.influence": [{"blades": 0, "damping_ratio": ratio}]},
-    "casing": lambda ratio: {"casing.modes": [{"frequency_hz": 50.0, "damping_ratio": ratio}]},
-}
+    "casing": lambda ratio: {"casing.modes": [
+        {"waves": 2, "frequency_hz": 50.0, "modal_mass_kg": 100.0, "damping_ratio": ratio}]},
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("slowest", SLOWEST)

@@ -48,6 +48,23 @@ def test_a_smaller_clearance_is_smaller_at_all_speeds(key):
     np.testing.assert_allclose(after, 0.9 * before, rtol=1e-12)
 
 
+def test_a_casing_that_vibrates_is_changed_too():
+    ring = Config.from_yaml(TEXT + "casing: {ring: {thickness_mm: 20, damping_ratio: 0.01}}\n")
+    mode = "{waves: 2, frequency_hz: 90, modal_mass_kg: 9, damping_ratio: 0.02}"
+    table = Config.from_yaml(f"{TEXT}casing: {{modes: [{mode}]}}\n")
+    halved, thicker, wider = (
+        CHANGES[NUMBER[what]].values
+        for what in ("half the casing's damping", "ring 10 % thicker", "ring 1 % wider in radius")
+    )
+    assert ring.replace(halved(ring)).casing.ring.damping_ratio == 0.005
+    assert table.replace(halved(table)).casing.modes[0].damping_ratio == 0.01
+    assert ring.replace(thicker(ring)).casing.ring.thickness_mm == pytest.approx(22)
+    assert ring.replace(wider(ring)).casing.ring.radius_mm == pytest.approx(1.01 * 510)
+    rigid = Config.from_yaml(TEXT)
+    assert [change(rigid) for change in (halved, thicker, wider)] == [{}] * 3
+    assert [change(table) for change in (thicker, wider)] == [{}] * 2
+
+
 def test_what_the_scene_has_not_is_left_out_and_all_else_is_there(found):
     _, size = found
     nothing = np.isnan(size).all(axis=1)

@@ -9,7 +9,7 @@ from scipy.stats import binom
 from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.runs.verdict import (
     MOST,
@@ -19,9 +19,11 @@ from hpcrub.runs.verdict import (
     USELESS,
     Finding,
     block,
+    casing,
     few,
     is_usable,
     kinematics,
+    lost,
     not_resolved,
     of_points,
 )
@@ -164,6 +166,21 @@ def test_a_verdict_is_that_of_its_weightiest_finding():
     assert block([single]) == ["usable with care: why 1", "do 1"]
     assert block([single, useless, useless])[0] == "not usable: why 2"
     assert len(block([remark] * 9)) == 1 + MOST
+
+
+def test_a_casing_that_vibrates_must_be_known():
+    assert not list(casing(Config()))
+    (found,) = casing(Config(casing={"ring": {"thickness_mm": 20}}))
+    assert found.advice.startswith("damping, thickness and radius of the casing can move peaks")
+
+
+@pytest.mark.parametrize(
+    ("reason", "words"),
+    [(RUNAWAY, "or change the casing: a stiffer"), (NOT_FED, "or change time.step_s first")],
+)
+def test_what_to_change_where_a_casing_runs_away(reason, words):
+    (found,) = lost(count([reason]), 1, 1)
+    assert words in found.advice
 
 
 @pytest.mark.parametrize(("millimetres", "weight"), [(5.0, None), (70.0, SINGLE), (101.0, USELESS)])

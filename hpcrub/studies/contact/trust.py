@@ -43,6 +43,7 @@ def _findings(file, counts):
     yield from verdict.kinematics(config, counts.largest)
     growth = counts.growing, int(counts.reasons[GROWING]), counts.n_points, counts.shows
     yield from verdict.growing(config, *growth)
+    yield from verdict.casing(config)
     yield from verdict.unsettled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from verdict.not_resolved(file.warnings)
