@@ -63,7 +63,7 @@ def tuned_eigenvalues(reduced: ReducedModel, air: Air) -> np.ndarray:
     waves = modes.waves
     assert waves is not None  # there is air
     shapes = modes.shapes[:, waves.rows] @ waves.right
-    wanted = reduced.tuned_modes[:, air.columns] @ air.waves
+    wanted = reduced.tuned_modes @ air.waves
     alike = np.abs(wanted.conj().T @ reduced.mass @ shapes)
     return waves.eigenvalue[np.argmax(alike / np.linalg.norm(alike, axis=0), axis=1)]
 
