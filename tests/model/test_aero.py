@@ -24,14 +24,18 @@ def of_waves(values):
     return (shapes * values) @ shapes.conj().T
 
 
-def reduced_in(curve):
+def config_in(curve):
     text = TINY + "aero:\n  waves:\n"
     for r in R:
         h = min(r, N - r)
         way = "neither" if 2 * h % N == 0 else "forward" if r == h else "backward"
         text += f"    - {{diameters: {h}, travels: {way}, damping_ratio: {curve.damping_ratio[r]}"
         text += f", frequency_shift: {curve.frequency_shift[r]}}}\n"
-    return build_problem(Config.from_yaml(text)).reduced
+    return Config.from_yaml(text)
+
+
+def reduced_in(curve):
+    return build_problem(config_in(curve)).reduced
 
 
 @pytest.fixture(scope="module")
