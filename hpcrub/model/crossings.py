@@ -57,7 +57,8 @@ def folded(order: int, n_blades: int) -> int:
 def of_disk(reduced: ReducedModel, diameters: np.ndarray, order: int) -> float:
     """Speed [Hz] at which an engine order, 1 or more, meets the first family of a tuned disk.
 
-    diameters: (m,) nodal diameters of the tuned modes. Returns NaN where they never meet.
+    diameters: (m,) nodal diameters of the tuned modes. Returns NaN where they never meet. It does
+    not depend on the speed of the reduced model.
     """
     mine = diameters == folded(order, reduced.interface.n_blades)
     met = speeds(_stiffness(reduced, mine), np.eye(mine.sum()), order)

@@ -43,12 +43,17 @@ def sizes(config: Config) -> dict[str, int]:
     return {"wave": config.disk.n_blades, "disk": min(MOST_SHOWN, config.mistuning.samples)}
 
 
-def values_of_tuned(config: Config, reduced: ReducedModel) -> Iterator[Values]:
-    """Damping of the tuned disk's waves, given and by complex modes; nothing without air."""
+def values_of_tuned(
+    config: Config, reduced: ReducedModel, speed: float | None = None
+) -> Iterator[Values]:
+    """Damping of the tuned disk's waves, given and by complex modes; nothing without air.
+
+    speed: of rotation [rad/s]; None: that of the reduced model.
+    """
     if reduced.air is None:
         return
     n_blades = config.disk.n_blades
-    eigenvalues = tuned_eigenvalues(reduced, reduced.air)
+    eigenvalues = tuned_eigenvalues(reduced, reduced.air, speed)
     r = np.arange(n_blades)
     yield "aero/diameters", (), np.where(2 * r <= n_blades, r, r - n_blades)
     yield "aero/given_damping_ratio", (), curve_of(config).damping_ratio
@@ -57,9 +62,9 @@ def values_of_tuned(config: Config, reduced: ReducedModel) -> Iterator[Values]:
     yield "aero/tuned_frequency_hz", (), eigenvalues.imag / (2.0 * np.pi)
 
 
-def tuned_eigenvalues(reduced: ReducedModel, air: Air) -> np.ndarray:
+def tuned_eigenvalues(reduced: ReducedModel, air: Air, speed: float | None) -> np.ndarray:
     """Eigenvalues of the tuned disk's complex modes, assigned to waves by their shapes (N,)."""
-    modes = mistuned_modes(reduced, np.zeros(reduced.interface.n_blades))
+    modes = mistuned_modes(reduced, np.zeros(reduced.interface.n_blades), speed)
     waves = modes.waves
     assert waves is not None  # there is air
     shapes = modes.shapes[:, waves.rows] @ waves.right
