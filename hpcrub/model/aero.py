@@ -121,15 +121,16 @@ def of_influence(
     return waves.imag, waves.real
 
 
-def largest_amplification(damping_ratio: np.ndarray, diameters: int) -> float:
-    """Whitehead's limit of the linear amplification, for waves of different damping [-].
+def largest_amplification(decay: np.ndarray, tips: np.ndarray, diameters: int) -> float:
+    """Whitehead's limit of the linear amplification of velocities in a family of blades [-].
 
-    damping_ratio: of all waves (N,), positive; diameters: nodal diameters of the load, forward.
-    `docs/theory.md` derives the limit ½ [1 + √(ζ_n Σ_r 1/ζ_r)].
-    Source: Whitehead, J. Mech. Eng. Sci. 8 (1966), for equal damping of all waves.
+    decay: rates of all waves (N,), positive [1/s]; tips: displacements of observed points in the
+    mass-normalised waves (O, N); diameters: nodal diameters of the load, forward.
+    Source: Whitehead, J. Mech. Eng. Sci. 8 (1966), for equal waves; `docs/theory.md` derives it.
     """
-    own = damping_ratio[diameters % len(damping_ratio)]
-    return float(0.5 * (1.0 + np.sqrt(own * (1.0 / damping_ratio).sum())))
+    own, size = diameters % len(decay), np.abs(tips)
+    reach = np.sqrt(decay[own] * (size**2 / decay).sum(axis=1))
+    return float((0.5 * (size[:, own] + reach)).max() / size[:, own].max())
 
 
 def eigenvalues(omega: np.ndarray, curve: Curve) -> np.ndarray:

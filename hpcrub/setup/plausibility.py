@@ -14,6 +14,7 @@ from hpcrub.config.text import lines_of
 from hpcrub.model import families
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
+from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import can_touch
 from hpcrub.response.sliding import critical_friction, growth_rate
 from hpcrub.setup import imported
@@ -29,6 +30,8 @@ WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
 STEEP = 0.03  # slope of the casing; friction that differs by it moves a tuned peak by 3 to 12 %
 NOISE = 0.1  # share of the casing's height that blades meet, which smoothing may take away
 TRANSIENT = 0.05  # share of a transient that may be left at the first check of last_window
+ACCURATE = 0.03  # error of a resonance by the shapes of another speed that need not be told
+COMPARED = 3  # mistuned disks whose resonances are compared for that
 LOOKED_AT = 100  # mistuned disks that are checked for flutter without contact before a run
 FAST = 1.5  # passing frequency of the bumps over the highest frequency of the first family
 
@@ -62,6 +65,7 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _unit_warnings(config)
     yield from _model_warnings(config)
     yield from _air_warnings(config, problem)
+    yield from _shape_warnings(config, problem)
     yield from _noise_warnings(config)
     if not can_touch(problem.scene):
         return
@@ -124,6 +128,46 @@ def _air_warnings(config, problem):
         yield (
             "flutter without contact: the least stable wave of the tuned disk has a damping ratio "
             f"of {least:.3g}, and {fluttering} of the first {n} mistuned disks flutter: aero.waves"
+        )
+
+
+def shape_errors(config: Config, problem: Problem, speeds_hz: np.ndarray) -> np.ndarray:
+    """Errors of linear resonances by the shapes of one speed, relative, (disks, S) [-].
+
+    The disk is looked at with the stiffness of each speed (S,) [Hz], once with the shapes of that
+    speed and once with those with which the study integrates; frequencies belong to it both times.
+    The disks are the tuned one and the first samples of the last level. NaN: a disk flutters.
+    """
+    scene, n, reduced = problem.scene, config.disk.n_blades, problem.reduced
+    load = scene.damping_ratio, 1.0, config.forcing.sense * (config.engine_order or 1)
+    own = [
+        deviation(config, len(config.levels) - 1, k) for k in range(len(config.samples))[:COMPARED]
+    ]
+
+    def size(modes):
+        return linear_peak(modes.fixed, *load, scene.interface, n)[0]
+
+    found = []
+    for blades in (np.zeros(n), *own):
+        near = mistuned_modes(reduced, blades)
+        exact = (mistuned_modes(reduced, blades, 2.0 * np.pi * hz) for hz in speeds_hz)
+        pairs = [(size(near.at(hz)), size(m)) for hz, m in zip(speeds_hz, exact, strict=True)]
+        found.append([a / b - 1.0 if np.isfinite(a + b) else np.nan for a, b in pairs])
+    return np.array(found)
+
+
+def _shape_warnings(config, problem):
+    """Warn of shapes of the middle of the speeds where those of the ends differ too much."""
+    if not problem.reduced.stiffening:
+        return
+    ends = config.speeds.values_hz[[0, -1]]
+    errors = np.nan_to_num(np.abs(shape_errors(config, problem, ends))).max(axis=0)
+    if errors.max() > ACCURATE:
+        yield (
+            f"not resolved: mistuned shapes are those of {problem.reduced.speed / 2 / np.pi:.4g} Hz "
+            f"at all speeds; linear resonances of the tuned disk and the first samples are off by "
+            f"up to {100 * errors[0]:.2g} % at {ends[0]:g} Hz and {100 * errors[1]:.2g} % at "
+            f"{ends[1]:g} Hz for that: compare with speeds.from_hz and to_hz around the peak"
         )
 
 

@@ -104,7 +104,7 @@ class Linear(Study):
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the study, and of disks in air."""
-        return LAYOUT + air.layout(config, air.TUNED, air.MISTUNED)
+        return LAYOUT + air.layout(config, air.TUNED, air.LIMITS, air.MISTUNED)
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Nodal diameters of all loads."""
@@ -165,6 +165,10 @@ class Linear(Study):
             yield from air.values(waves, level, samples.start)
         if task == 0:
             yield from air.values_of_tuned(config, starts[0].model.reduced, starts[0].speed)
+            if config.aero.exists:
+                loads = zip(starts, config.linear.n_diameters, strict=True)
+                limits = [air.limit(config, s.model.reduced, s.speed, n) for s, n in loads]
+                yield "aero/largest_amplification", (), limits
             yield "tuned/amplitude_m", (), tuned[:, 0]
             yield "tuned/speed_hz", (), tuned[:, 1]
         where = level, slice(None), slice(samples.start, samples.stop)

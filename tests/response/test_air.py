@@ -93,7 +93,7 @@ def test_blades_of_one_mass_never_exceed_the_limits_of_whitehead():
             pencil = mistuned - near[:, None, None] ** 2 * np.eye(N) + 1j * near[:, None, None] * D
             x = np.linalg.solve(pencil, np.broadcast_to(load, (len(near), N))[..., None])
             most.append((near[:, None] * np.abs(x[..., 0])).max())  # of the velocity
-        limit = aero.largest_amplification(ratio, n)
+        limit = aero.largest_amplification(ratio, np.ones((1, N)), n)
         assert 1.2 < max(most[1:]) / most[0] < limit
         assert limit == pytest.approx((1 + np.sqrt(N)) / 2) or ratio is RATIO
 

@@ -9,18 +9,22 @@ import numpy as np
 import pytest
 
 from evidence.truth.disk import LOAD, reference_scene
-from hpcrub.model import aero
+from hpcrub.config.schema import Config
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response, linear_peak
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
+from hpcrub.setup import plausibility
 from hpcrub.setup.aero import in_air
+from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_problem
 from tests.model.test_aero import CURVE, N, R, config_in
+from tests.program import TINY
 
 SPEEDS = np.array([20.0, 24.0, 28.0])  # [Hz]
+STILL = Config.from_yaml(TINY)
 RATIO = 0.005  # of the modes of other families
 DAMPED = CURVE._replace(damping_ratio=10 * CURVE.damping_ratio)
 
@@ -28,7 +32,7 @@ DAMPED = CURVE._replace(damping_ratio=10 * CURVE.damping_ratio)
 def spinning(curve):
     """Reduced disk whose blades, and shapes, change with the speed: 30 % more stiffness at 30 Hz."""
     config, full = config_in(curve), 2 * np.pi * 30.0
-    reduced = build_problem(config.replace({"aero": {}})).reduced
+    reduced = build_problem(STILL).reduced
     blades = reduced.modal_blade_stiffness.sum(axis=0)
     disk = np.diag(reduced.tuned_eigenvalues) - blades
     slopes = 0.3 / full**2 * blades + 0.1 / full**2 * disk, -0.02 / full**4 * blades
@@ -55,8 +59,10 @@ def truth(reduced, curve, hz, deviation):
     D, even, odd = (
         ((psi * values) @ psi.conj().T).real for values in (d, k.real - own**2, 1j * k.imag / own)
     )
-    return wanted, V @ np.diag(of_others) @ V.T + D, V @ np.diag(squared) @ V.T + even + (
-        root @ odd @ root
+    return (
+        wanted,
+        V @ np.diag(of_others) @ V.T + D,
+        V @ np.diag(squared) @ V.T + even + (root @ odd @ root),
     )
 
 
@@ -124,3 +130,29 @@ def test_steps_without_contact_tend_to_the_response_at_every_speed():
     np.testing.assert_allclose(found, np.abs(expected).max(axis=1), rtol=1e-3)
     dense = [direct(reduced, DAMPED, hz, deviation, -order).max() for hz in speeds]
     np.testing.assert_allclose(found, dense, rtol=0.03)
+
+
+def test_what_shapes_of_another_speed_cost_is_estimated():
+    """Against frozen matrices: eigenvectors at rest with their Rayleigh quotients, and exact ones."""
+    config = STILL.replace({"mistuning.samples": 1, "mistuning.half_range_percent": [2]})
+    (_, reduced), hz, order = spinning(CURVE), 28.0, 4
+    problem = build_problem(config)._replace(reduced=reduced)
+    face, blades = reduced.interface, deviation(config, 0, 0)
+    force = face.share * np.exp(-1j * order * face.angle) @ face.normal @ reduced.tuned_modes
+    extra = np.tensordot(blades, reduced.modal_blade_stiffness, axes=1)
+    rest = np.diag(reduced.tuned_eigenvalues) + extra
+    W = 2 * np.pi * hz
+    K = rest + W**2 * reduced.stiffening[0] + W**4 * reduced.stiffening[1]
+    sizes = []
+    for squared, V in ((None, np.linalg.eigh(rest)[1]), np.linalg.eigh(K)):
+        squared = np.diag(V.T @ K @ V) if squared is None else squared
+        w = np.linspace(0.95, 1.05, 8001)[:, None] * np.sqrt(squared[:N].mean())
+        answer = (V.T @ force) / (squared - w**2 + 2j * RATIO * np.sqrt(squared) * w)
+        sizes.append(np.abs(answer @ (face.observed @ reduced.tuned_modes @ V).T).max())
+    found = plausibility.shape_errors(config, problem, np.array([0.0, hz]))[:, 1]
+    assert found[1] == pytest.approx(sizes[0] / sizes[1] - 1.0, abs=2e-4)
+    assert abs(found[1]) > 0.01
+    (line,) = plausibility._shape_warnings(config.replace({"speeds.to_hz": 50.0}), problem)
+    assert line.startswith("not resolved: mistuned shapes are those of 0 Hz")
+    still = problem._replace(reduced=reduced._replace(stiffening=()))
+    assert not list(plausibility._shape_warnings(config, still))

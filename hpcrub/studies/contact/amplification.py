@@ -91,9 +91,7 @@ def _problem_of(text):
     return build_problem(Config.from_yaml(text))
 
 
-def linear_amplitude(
-    config: Config, problem: Problem, modes: Modes, blades: np.ndarray
-) -> float:
+def linear_amplitude(config: Config, problem: Problem, modes: Modes, blades: np.ndarray) -> float:
     """Largest tip displacement under the linear engine-order excitation of a configuration [m].
 
     modes: of the disk with stiffness deviations `blades` (N,) [-].

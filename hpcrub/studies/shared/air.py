@@ -6,7 +6,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
-from hpcrub.model.aero import Air, Waves
+from hpcrub.model.aero import Air, Waves, largest_amplification
 from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
@@ -14,6 +14,7 @@ from hpcrub.runs.study import Values
 from hpcrub.setup.aero import curve_of
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
+FAMILY_ALONE = 0.2  # deviation of stiffness up to which mistuning hardly couples families
 MOST_SHOWN = 200  # disks of a level whose complex modes are kept
 _WAVE, _SHOWN = ("wave",), ("level", "disk", "wave")
 TUNED = (
@@ -23,6 +24,12 @@ TUNED = (
     Dataset("aero/tuned_decay_per_s", _WAVE, "1/s", "rate at which it decays; below 0: grows"),
     Dataset("aero/tuned_frequency_hz", _WAVE, "Hz", "frequency of the tuned disk's wave"),
 )
+LIMITS = (
+    Dataset(
+        "aero/largest_amplification", ("n_diameters",), "1",
+        "Whitehead's limit of the linear amplification; NaN where its conditions do not hold",
+    ),
+)  # fmt: skip
 MISTUNED = (
     Dataset("aero/decay_per_s", _SHOWN, "1/s", "of the complex modes of the first samples"),
     Dataset("aero/frequency_hz", _SHOWN, "Hz", "frequencies of these"),
@@ -71,6 +78,22 @@ def tuned_eigenvalues(reduced: ReducedModel, air: Air, speed: float | None) -> n
     wanted = reduced.tuned_modes @ air.waves
     alike = np.abs(wanted.conj().T @ reduced.mass @ shapes)
     return waves.eigenvalue[np.argmax(alike / np.linalg.norm(alike, axis=0), axis=1)]
+
+
+def limit(config: Config, reduced: ReducedModel, speed: float | None, diameters: int) -> float:
+    """Whitehead's limit of the linear amplification under a load; NaN where it does not hold [-].
+
+    It is one of velocities: a softer disk moves further for the same velocity. It needs waves that
+    are all damped, and mistuning that leaves the family alone.
+    """
+    largest = config.mistuning.largest
+    assert reduced.air is not None
+    decay = -tuned_eigenvalues(reduced, reduced.air, speed).real
+    if not (decay > 0.0).all() or largest > FAMILY_ALONE:
+        return np.nan
+    tips = reduced.interface.observed @ (reduced.tuned_modes @ reduced.air.waves)
+    found = largest_amplification(decay, tips, config.forcing.sense * diameters)
+    return found / np.sqrt(1.0 - largest)
 
 
 def values(waves: list[Waves], level: int, first: int) -> Iterator[Values]:
