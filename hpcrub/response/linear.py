@@ -80,7 +80,9 @@ def linear_peak(
     """
     load = damping_ratio, amplitude, engine_order, interface
     size, speed_hz = _peak(modes, *load, n_family)
-    for _ in range(_MAX_PASSES if modes_at and len(modes.stiffening) else 0):
+    for _ in range(_MAX_PASSES):
+        if modes_at is None or not len(modes.stiffening):
+            break
         moved = abs(2 * np.pi * speed_hz / modes.speed - 1.0) if modes.speed else np.inf
         meets = np.isfinite(_resonances(modes, abs(engine_order))[:n_family]).all()
         if not (moved > _SETTLED and meets):

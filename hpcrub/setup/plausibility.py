@@ -30,7 +30,9 @@ WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
 STEEP = 0.03  # slope of the casing; friction that differs by it moves a tuned peak by 3 to 12 %
 NOISE = 0.1  # share of the casing's height that blades meet, which smoothing may take away
 TRANSIENT = 0.05  # share of a transient that may be left at the first check of last_window
-ACCURATE = 0.03  # error of a resonance by the shapes of another speed that need not be told
+# error of a linear resonance by the shapes of another speed that need not be told; where it is 1.5 %
+# on rotor 67, amplitudes in contact are 3 and 4 % off
+ACCURATE = 0.01
 COMPARED = 3  # mistuned disks whose resonances are compared for that
 LOOKED_AT = 100  # mistuned disks that are checked for flutter without contact before a run
 FAST = 1.5  # passing frequency of the bumps over the highest frequency of the first family
@@ -163,11 +165,12 @@ def _shape_warnings(config, problem):
     ends = config.speeds.values_hz[[0, -1]]
     errors = np.nan_to_num(np.abs(shape_errors(config, problem, ends))).max(axis=0)
     if errors.max() > ACCURATE:
+        middle, (low, high) = problem.reduced.speed / (2.0 * np.pi), 100.0 * errors
         yield (
-            f"not resolved: mistuned shapes are those of {problem.reduced.speed / 2 / np.pi:.4g} Hz "
-            f"at all speeds; linear resonances of the tuned disk and the first samples are off by "
-            f"up to {100 * errors[0]:.2g} % at {ends[0]:g} Hz and {100 * errors[1]:.2g} % at "
-            f"{ends[1]:g} Hz for that: compare with speeds.from_hz and to_hz around the peak"
+            f"not resolved: mistuned shapes are those of {middle:.4g} Hz at all speeds; for that "
+            f"linear resonances of the tuned disk and the first samples are off by up to {low:.2g} "
+            f"% at {ends[0]:g} Hz and {high:.2g} % at {ends[1]:g} Hz, and amplitudes in contact by "
+            "about three times as much: compare with speeds.from_hz and to_hz around the peak"
         )
 
 

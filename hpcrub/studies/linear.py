@@ -15,7 +15,6 @@ from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model import crossings
 from hpcrub.model.imported import cyclic
-from hpcrub.model.reduction import Modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
@@ -67,7 +66,7 @@ def _starts(config, model):
 
 def _modes(config, starts, blades):
     """Modes of one disk for every load; the same ones where the stiffness does not change."""
-    found: dict[float | None, Modes] = {}
+    found = {}
     for model, speed in starts:
         if speed not in found:
             found[speed] = modes_of(config, model, blades, speed)

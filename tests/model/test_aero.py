@@ -121,9 +121,9 @@ def test_of_a_mistuned_disk_the_complex_modes_are_those_of_the_whole_matrices(re
 
 
 def test_soft_blades_whose_waves_are_all_damped_do_not_flutter():
-    """Damping and circulation are both in proportion to the velocity: every wave keeps its decay.
+    """Damping and circulation are in proportion to the velocity: every wave keeps its decay.
 
-    With a circulation of the tuned frequency all blades 8 % softer flutter where one wave has 0.01 %.
+    With a circulation of the tuned frequency blades 8 % softer flutter where a wave has 0.01 %.
     """
     curve = aero.Curve(0, 0.005 - 0.0049 * np.sin(2 * np.pi * R / N), 0.0 * R)
     reduced = reduced_in(curve)

@@ -30,7 +30,7 @@ DAMPED = CURVE._replace(damping_ratio=10 * CURVE.damping_ratio)
 
 
 def spinning(curve):
-    """Reduced disk whose blades, and shapes, change with the speed: 30 % more stiffness at 30 Hz."""
+    """Reduced disk whose shapes change with the speed: blades are 30 % stiffer at 30 Hz."""
     config, full = config_in(curve), 2 * np.pi * 30.0
     reduced = build_problem(STILL).reduced
     blades = reduced.modal_blade_stiffness.sum(axis=0)
@@ -133,7 +133,7 @@ def test_steps_without_contact_tend_to_the_response_at_every_speed():
 
 
 def test_what_shapes_of_another_speed_cost_is_estimated():
-    """Against frozen matrices: eigenvectors at rest with their Rayleigh quotients, and exact ones."""
+    """Against frozen matrices: vectors at rest with their Rayleigh quotients, and exact ones."""
     config = STILL.replace({"mistuning.samples": 1, "mistuning.half_range_percent": [2]})
     (_, reduced), hz, order = spinning(CURVE), 28.0, 4
     problem = build_problem(config)._replace(reduced=reduced)
