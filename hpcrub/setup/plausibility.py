@@ -30,8 +30,8 @@ WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
 STEEP = 0.03  # slope of the casing; friction that differs by it moves a tuned peak by 3 to 12 %
 NOISE = 0.1  # share of the casing's height that blades meet, which smoothing may take away
 TRANSIENT = 0.05  # share of a transient that may be left at the first check of last_window
-# error of a linear resonance by the shapes of another speed that need not be told; where it is 1.5 %
-# on rotor 67, amplitudes in contact are 3 and 4 % off
+# error of a linear resonance by the shapes of another speed that need not be told; where it is
+# 1.5 % on rotor 67, amplitudes in contact are 3 and 4 % off
 ACCURATE = 0.01
 COMPARED = 3  # mistuned disks whose resonances are compared for that
 LOOKED_AT = 100  # mistuned disks that are checked for flutter without contact before a run
