@@ -22,7 +22,7 @@ from hpcrub.setup.problem import Model, build_model
 from hpcrub.studies.shared import air, casing_waves
 
 FAR_OFF = 0.01  # error of the first family's frequencies that moves all crossings too far
-MOST_SHAPES = 48  # modes whose shapes are kept, or one for each blade, if these are more
+MOST_SHAPES = 48  # modes whose shapes are kept
 _DIAMETERS = "nodal diameters of a mode"
 _FREQUENCIES = (
     Dataset("full/frequencies_hz", ("dof",), "Hz", "frequencies of the full model"),
@@ -50,10 +50,6 @@ OF_FILE = (  # for a model file
 )
 
 
-def _n_shapes(config):
-    return min(max(MOST_SHAPES, config.disk.n_blades), config.n_coordinates)
-
-
 def _of_file(config: Config, model: Model) -> Iterator[Values]:
     """Results for a model file, with the stiffness at the middle of the band of speeds."""
     disk, reduced = model
@@ -64,11 +60,11 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     yield from _of_reduced(config, reduced, cyclic.tuned_diameters(reduced))
     if disk is not None:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
-        values, full = lowest_modes(K, disk.mass.tocsc(), _n_shapes(config))
+        values, full = lowest_modes(K, disk.mass.tocsc(), min(MOST_SHAPES, len(reduced.mass)))
         tips = full[contact_rows(disk)]  # (p, C, K)
         yield "full/frequencies_hz", (), np.sqrt(values) / (2 * np.pi)
         yield "full/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
-    shapes = reduced.basis @ reduced.tuned_modes[:, : _n_shapes(config)]
+    shapes = reduced.basis @ reduced.tuned_modes[:, :MOST_SHAPES]
     shapes = np.vstack([shapes, np.zeros(shapes.shape[1])])  # row -1: nodes that are held
     xyz = to_cartesian(seen.nodes, shapes[seen.rows])  # (n, 3, K)
     largest = np.linalg.norm(xyz, axis=1).max(axis=0)
@@ -119,7 +115,7 @@ class Modal(Study):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions, as far as no model file has to be read."""
-        shapes = {"shape": _n_shapes(config)}
+        shapes = {"shape": min(MOST_SHAPES, config.n_coordinates)}
         lengths = shapes | casing_waves.sizes(config) | air.sizes(config)
         if config.disk.model is not None:
             return lengths | {"axis": 3, "corner": 4, "point": config.disk.n_points}
@@ -137,7 +133,7 @@ class Modal(Study):
         if config.disk.model is None:
             return {}
         seen = imported.scenery(config)
-        n_modes = 0 if seen.is_reduced else _n_shapes(config)
+        n_modes = 0 if seen.is_reduced else min(MOST_SHAPES, config.n_coordinates)
         return {"node": len(seen.nodes), "face": len(seen.surface), "dof": n_modes}
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
@@ -158,7 +154,7 @@ class Modal(Study):
         for name in ("blades", "ring", "spokes"):
             yield name, (), getattr(points, name)
         yield "position_m", (), points.position
-        yield "shapes", (), displacements(points, shapes[:, : _n_shapes(config)])
+        yield "shapes", (), displacements(points, shapes[:, :MOST_SHAPES])
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """First frequencies of both models, spread and crossing of the first family, and air."""
