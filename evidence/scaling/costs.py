@@ -31,7 +31,7 @@ def measure(config, n_samples):
         blades = deviation(config, number % n_levels, number // n_levels)
         start = time.process_time()
         modes = modes_of(config, problem, blades)
-        amplification.linear_amplitude(config, problem, modes)
+        amplification.linear_amplitude(config, problem, modes, blades)
         finish.append(time.process_time() - start)
         ticks = [time.process_time()]
 

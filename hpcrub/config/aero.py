@@ -20,9 +20,10 @@ class AeroWave(Section):
     """seen from the rotor: forward with the rotation, backward against it, neither with 0 diameters
     or with half as many as blades"""
     damping_ratio: Share = 0.005
-    """damping ratio, of structure and air together; negative: the wave grows [-]"""
+    """damping ratio, of structure and air together, at every speed the same share of the frequency
+    that the wave has there; give those of the speed that matters; negative: the wave grows [-]"""
     frequency_shift: Share = 0.0
-    """change of its frequency by the air, relative [-]"""
+    """change of its frequency by the air, relative, the same at every speed [-]"""
 
 
 class Influence(Section):

@@ -157,11 +157,12 @@ def _fill_waves(bank, lane, first, eigenvalue, h):
     """Give a lane its complex modes in the rows from ``first`` on (bank is modified).
 
     A force kicks z along e^{λh}. The gain is taken from a real mode of the same frequency and
-    damping, so that the response to a constant force is exact.
+    damping, so that the response to a constant force is exact; what `Waves.force` tells, times
+    Im λ, is the same in all lanes.
     """
     scheme, size, angle = bank.scheme, np.abs(eigenvalue), eigenvalue.imag * h
     gain = coefficients("exact_modal", size, -eigenvalue.real / size, h)[1]
-    gain, decay = gain * eigenvalue.imag / np.sin(angle), np.exp(eigenvalue.real * h)
+    gain, decay = gain / np.sin(angle), np.exp(eigenvalue.real * h)
     n = 2 * len(angle)
     scheme.gain[first : first + n, lane] = np.repeat(gain, 2)
     scheme.decay[first : first + n, lane] = np.repeat(decay, 2)

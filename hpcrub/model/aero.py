@@ -7,8 +7,10 @@ rotation, wave N − r against it. Let ψ_r be the waves of the tuned disk, ζ_r
     D = Σ_r d_r Mψ_r ψ_rᴴM,    d_r = −(λ_r + λ̄_{N−r}),
     K = Σ_r k_r Mψ_r ψ_rᴴM,    k_r = λ_r λ̄_{N−r},
 
-are real matrices of damping and stiffness with exactly these eigenvalues. On a mistuned disk the N
-modes of the family become N complex modes (`Waves`); all others stay. `docs/theory.md` says more.
+are real matrices of damping and stiffness with exactly these eigenvalues, at every speed with the
+ω_r of that speed. On a mistuned disk the N modes of the family become N complex modes (`Waves`);
+all others stay, and the antisymmetric part of K is in proportion to the frequency of each blade, as
+the forces of D are. `docs/theory.md` says more.
 
 Crawley, in AGARD-AG-298 vol. 1 (1987), derives influence coefficients and waves; Kaza and Kielb,
 AIAA J. 20 (1982), show the effect of mistuning.
@@ -33,12 +35,19 @@ class Curve(NamedTuple):
 
 
 class Air(NamedTuple):
-    """Air forces on a family of the tuned disk."""
+    """Air forces on a family of the tuned disk, W the speed of rotation."""
 
-    columns: np.ndarray  # tuned modes of the family (N,) int
-    waves: np.ndarray  # ψ_r on these modes, in columns, orthonormal (N, N) complex
-    damping: np.ndarray  # d_r (N,) complex [1/s]
-    stiffness: np.ndarray  # k_r − ω_r² (N,) complex [rad²/s²]
+    waves: np.ndarray  # ψ_r on the tuned modes, in columns, orthonormal (m, N) complex
+    squared: np.ndarray  # ω_r² at the speed of the tuned modes (N,) [rad²/s²]
+    stiffening: np.ndarray  # its slopes over W² and W⁴ (0 or 2, N)
+    damping: np.ndarray  # d_r/ω_r (N,) complex [-]
+    stiffness: np.ndarray  # k_r/ω_r² − 1 (N,) complex [-]
+
+    def at(self, change: np.ndarray) -> "Air":
+        """The same forces at another speed; change: of W² and W⁴ (2,)."""
+        if not len(self.stiffening):
+            return self
+        return self._replace(squared=self.squared + change @ self.stiffening)
 
 
 class Waves(NamedTuple):
@@ -48,7 +57,7 @@ class Waves(NamedTuple):
     eigenvalue: np.ndarray  # λ, by increasing frequency (N,) [1/s]
     right: np.ndarray  # matrix to coordinates of the replaced modes, q = Re(right z) (N, N)
     left: np.ndarray  # matrix from positions and velocities, z = left [q, q'] (N, 2N)
-    slopes: np.ndarray  # slopes of λ over W² and W⁴, W the speed of rotation (0 or 2, N)
+    slopes: np.ndarray  # slopes of ω²/ω² of the disk alone over W² and W⁴ (0 or 2, N)
     damping: np.ndarray  # D on the replaced modes (N, N) [1/s]
     stiffness: np.ndarray  # K on the replaced modes, less their ω² (N, N) [rad²/s²]
 
@@ -57,8 +66,31 @@ class Waves(NamedTuple):
         return (displacement[..., self.rows] @ self.right).conj().view(float)
 
     def force(self, displacement: np.ndarray) -> np.ndarray:
-        """Re z' and Im z' (..., 2N) that unit forces along displacements (..., K) add."""
-        return (displacement[..., self.rows] @ self.left[:, len(self.rows) :].T).view(float)
+        """Re z' and Im z' (..., 2N) that unit forces along displacements (..., K) add, times Im λ.
+
+        These do not depend on the speed.
+        """
+        return (displacement[..., self.rows] @ self.pushed.T).view(float)
+
+    @property
+    def pushed(self) -> np.ndarray:
+        """Im λ times z' by unit forces on the replaced modes (N, N), the same at every speed."""
+        return self.eigenvalue.imag[:, None] * self.left[:, len(self.rows) :]
+
+    def growth(self, change: np.ndarray) -> np.ndarray:
+        """Factor of all λ at other speeds (..., N); change: of W² and W⁴ (..., 2).
+
+        It is that of the disk's own ω: damping ratio and frequency shift stay as they are.
+        """
+        if not len(self.slopes):
+            return np.ones((*change.shape[:-1], len(self.rows)))
+        return np.sqrt(np.maximum(1.0 + change @ self.slopes, 0.0))
+
+    def at(self, change: np.ndarray) -> "Waves":
+        """Complex modes at another speed, with the shapes of this one; change: (2,)."""
+        n, growth = len(self.rows), self.growth(change)
+        left = np.hstack([self.left[:, :n], self.left[:, n:] / growth[:, None]])
+        return self._replace(eigenvalue=growth * self.eigenvalue, left=left)
 
     def coordinates(self, parts: np.ndarray) -> np.ndarray:
         """Real modal coordinates (..., N) from alternating Re z and Im z (..., 2N)."""
@@ -89,15 +121,16 @@ def of_influence(
     return waves.imag, waves.real
 
 
-def largest_amplification(damping_ratio: np.ndarray, diameters: int) -> float:
-    """Whitehead's limit of the linear amplification, for waves of different damping [-].
+def largest_amplification(decay: np.ndarray, tips: np.ndarray, diameters: int) -> float:
+    """Whitehead's limit of the linear amplification of velocities in a family of blades [-].
 
-    damping_ratio: of all waves (N,), positive; diameters: nodal diameters of the load, forward.
-    `docs/theory.md` derives the limit ½ [1 + √(ζ_n Σ_r 1/ζ_r)].
-    Source: Whitehead, J. Mech. Eng. Sci. 8 (1966), for equal damping of all waves.
+    decay: rates of all waves (N,), positive [1/s]; tips: displacements of observed points in the
+    mass-normalised waves (O, N); diameters: nodal diameters of the load, forward.
+    Source: Whitehead, J. Mech. Eng. Sci. 8 (1966), for equal waves; `docs/theory.md` derives it.
     """
-    own = damping_ratio[diameters % len(damping_ratio)]
-    return float(0.5 * (1.0 + np.sqrt(own * (1.0 / damping_ratio).sum())))
+    own, size = diameters % len(decay), np.abs(tips)
+    reach = np.sqrt(decay[own] * (size**2 / decay).sum(axis=1))
+    return float((0.5 * (size[:, own] + reach)).max() / size[:, own].max())
 
 
 def eigenvalues(omega: np.ndarray, curve: Curve) -> np.ndarray:
@@ -126,16 +159,14 @@ def family_columns(diameters: np.ndarray, family: int, n_blades: int) -> np.ndar
     return np.sort(columns)
 
 
-def air_of(
-    curve: Curve, tuned_eigenvalues: np.ndarray, diameters: np.ndarray, blades: np.ndarray
-) -> Air:
-    """Air forces on the tuned disk.
+def air_of(curve: Curve, squared: np.ndarray, diameters: np.ndarray, blades: np.ndarray) -> Air:
+    """Air forces on the tuned disk, with waves on the modes given and without stiffening.
 
-    tuned_eigenvalues, diameters: of the tuned modes (m,) [rad²/s²], [-].
+    squared, diameters: ω² of the tuned modes (m,) [rad²/s²], and their nodal diameters [-].
     blades: displacements (p, N, m) of p like points of all blades, in the direction of rotation.
     Raises ValueError: if the model lacks the family, or does not repeat itself from blade to blade.
     """
-    n_blades = blades.shape[1]
+    n_blades, n_modes = blades.shape[1:]
     columns = family_columns(diameters, curve.family, n_blades)
     here = blades[:, :, columns]
     following = np.roll(here, -1, axis=1)
@@ -146,29 +177,38 @@ def air_of(
     order = np.argsort(wave)
     if np.abs(r - np.round(r)).max() > CYCLIC * n_blades or len(set(wave)) < n_blades:
         raise ValueError("the tuned disk does not repeat itself from blade to blade")
-    waves = waves[:, order] / np.linalg.norm(waves[:, order], axis=0)
-    squared = np.einsum("kr,k,kr->r", waves.conj(), tuned_eigenvalues[columns], waves).real
-    damping, stiffness = coefficients(eigenvalues(np.sqrt(squared), curve))
-    return Air(columns, waves, damping, stiffness - squared)
+    on_all = np.zeros((n_modes, n_blades), dtype=complex)
+    on_all[columns] = waves[:, order] / np.linalg.norm(waves[:, order], axis=0)
+    own = np.einsum("kr,k,kr->r", on_all.conj(), squared, on_all).real
+    damping, stiffness = coefficients(eigenvalues(np.ones(n_blades), curve))
+    return Air(on_all, own, np.zeros((0, n_blades)), damping, stiffness - 1.0)
 
 
 def complex_modes(
     air: Air, vectors: np.ndarray, squared: np.ndarray, stiffening: np.ndarray
 ) -> Waves:
-    """Complex modes of a mistuned disk in the subspace of the family.
+    """Complex modes of a mistuned disk in the subspace of the family, all of one speed.
 
     vectors: real modes of this disk on the tuned modes (m, K); squared: their ω² (K,) [rad²/s²];
     stiffening: slopes of ω² over W² and W⁴ (0 or 2, K).
     """
-    n = len(air.columns)
-    part = vectors[air.columns]
-    rows = np.sort(np.argsort((part**2).sum(axis=0))[-n:])
-    seen = part[:, rows].T @ air.waves
-    damping = ((seen * air.damping) @ seen.conj().T).real
-    stiffness = ((seen * air.stiffness) @ seen.conj().T).real
-    values, right, left = eigen(damping, stiffness + np.diag(squared[rows]))
-    slopes = -np.einsum("nk,sk,kn->sn", left[:, n:], stiffening[:, rows], right / 2.0)
-    return Waves(rows, values, right, left, slopes, damping, stiffness)
+    n = air.waves.shape[1]
+    part = vectors.T @ air.waves
+    rows = np.sort(np.argsort((np.abs(part) ** 2).sum(axis=1))[-n:])
+    seen, own, omega = part[rows], squared[rows], np.sqrt(air.squared)
+
+    def matrix(values):
+        return ((seen * values) @ seen.conj().T).real
+
+    # at the frequency of a blade circulation has the size that it has to damping in a tuned wave
+    root = own**0.25
+    circulation = np.outer(root, root) * matrix(1j * air.stiffness.imag * omega)
+    damping, stiffness = matrix(air.damping * omega), matrix(air.stiffness.real * air.squared)
+    stiffness += circulation
+    values, right, left = eigen(damping, stiffness + np.diag(own))
+    scale = np.einsum("nk,k,kn->n", left[:, n:], own, right)
+    slopes = np.einsum("nk,sk,kn->sn", left[:, n:], stiffening[:, rows], right)
+    return Waves(rows, values, right, left, (slopes / scale).real, damping, stiffness)
 
 
 def eigen(damping: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from scipy.linalg import eigh, eigvals
 
 from hpcrub.model.casing_modes import CasingModes
 from hpcrub.model.families import multiplicity
-from hpcrub.model.reduction import ReducedModel
+from hpcrub.model.reduction import ReducedModel, powers
 
 N_FAMILIES = 2  # families of blade modes whose meetings with casing waves are listed
 N_SEARCHED = 401  # speeds of the grid on which the first meeting is searched
@@ -57,7 +57,8 @@ def folded(order: int, n_blades: int) -> int:
 def of_disk(reduced: ReducedModel, diameters: np.ndarray, order: int) -> float:
     """Speed [Hz] at which an engine order, 1 or more, meets the first family of a tuned disk.
 
-    diameters: (m,) nodal diameters of the tuned modes. Returns NaN where they never meet.
+    diameters: (m,) nodal diameters of the tuned modes. Returns NaN where they never meet. It does
+    not depend on the speed of the reduced model.
     """
     mine = diameters == folded(order, reduced.interface.n_blades)
     met = speeds(_stiffness(reduced, mine), np.eye(mine.sum()), order)
@@ -66,10 +67,10 @@ def of_disk(reduced: ReducedModel, diameters: np.ndarray, order: int) -> float:
 
 def _stiffness(reduced, mine):
     """K0, and K1, K2 where stiffness depends on the speed, in some tuned modes (an index)."""
-    shapes, powers = reduced.tuned_modes[:, mine], reduced.speed ** np.array([2, 4])
-    slopes = [shapes.T @ K @ shapes for K in reduced.stiffening]
+    slopes = [K[np.ix_(mine, mine)] for K in reduced.stiffening]
+    faster = powers(reduced.speed, 0.0)
     at_rest = np.diag(reduced.tuned_eigenvalues[mine])
-    return [at_rest - sum(K * p for K, p in zip(slopes, powers, strict=False)), *slopes]
+    return [at_rest - sum(K * p for K, p in zip(slopes, faster, strict=False)), *slopes]
 
 
 def family_frequency(

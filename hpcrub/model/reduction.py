@@ -26,7 +26,8 @@ class ReducedModel(NamedTuple):
     tuned_eigenvalues: np.ndarray  # (m,) squares of their angular frequencies [rad2/s2]
     modal_blade_stiffness: np.ndarray  # (N, m, m) ``blade_stiffness`` in the tuned modes
     speed: float = 0.0  # speed of rotation to which ``stiffness`` belongs [rad/s]
-    stiffening: tuple = ()  # K1, K2 of K + (W^2 - speed^2) K1 + (W^4 - speed^4) K2, each (m, m)
+    # K1, K2 of K + (W^2 - speed^2) K1 + (W^4 - speed^4) K2 in the tuned modes, each (m, m)
+    stiffening: tuple = ()
     casing: CasingModes | None = None  # None: the casing does not vibrate
     air: Air | None = None  # None: air does not couple the blades
 
@@ -150,32 +151,32 @@ class Modes(NamedTuple):
         """
         if not len(self.stiffening):
             return self.omega
-        change = self._change(speed) @ self.stiffening
+        change = powers(speed, self.speed) @ self.stiffening
         return np.sqrt(np.maximum(self.omega**2 + change, 0.0))
-
-    def eigenvalues_at(self, speed: npt.ArrayLike) -> np.ndarray:
-        """Eigenvalues of the complex modes (..., N) [1/s] at speeds of rotation (...) [rad/s]."""
-        assert self.waves is not None
-        if not len(self.stiffening):
-            return np.broadcast_to(self.waves.eigenvalue, (*np.shape(speed), len(self.waves.rows)))
-        return self.waves.eigenvalue + self._change(speed) @ self.waves.slopes
-
-    def _change(self, speed):
-        """Differences of W² and W⁴ between speeds (...) and `speed` (..., 2)."""
-        powers = np.array([2, 4])
-        return np.asarray(speed, dtype=float)[..., None] ** powers - self.speed**powers
 
     def at(self, speed_hz: float) -> "Modes":
         """Modes with the frequencies at a speed of rotation [Hz]; see `omega_at`."""
         speed = 2 * np.pi * speed_hz
-        waves = self.waves and self.waves._replace(eigenvalue=self.eigenvalues_at(speed))
+        waves = self.waves and self.waves.at(powers(speed, self.speed))
         return self._replace(omega=self.omega_at(speed), speed=speed, waves=waves)
+
+    @property
+    def fixed(self) -> "Modes":
+        """These modes of a disk whose stiffness is that of their speed at all speeds."""
+        waves = self.waves and self.waves._replace(slopes=self.waves.slopes[:0])
+        return self._replace(stiffening=self.stiffening[:0], waves=waves)
 
     @classmethod
     def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":
         """K modes of a planar structure, given by its contact points (C, K) alone."""
         none = np.zeros((0, len(omega)))
         return cls(omega, normal, tangential, none, tangential, np.eye(len(omega)))
+
+
+def powers(speed: npt.ArrayLike, less: float) -> np.ndarray:
+    """W² and W⁴ (..., 2) at speeds W (...) [rad/s], less those of another speed [rad/s]."""
+    exponents = np.array([2, 4])
+    return np.asarray(speed, dtype=float)[..., None] ** exponents - less**exponents
 
 
 def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
@@ -207,31 +208,40 @@ def reduced_model(
     speed: float = 0.0,
     stiffening: tuple = (),
 ) -> ReducedModel:
-    """Make a ReducedModel with its tuned modes; the parameters are its members."""
+    """Make a ReducedModel with its tuned modes; the parameters are its members.
+
+    stiffening: K1 and K2 on the coordinates, each (m, m); (): the stiffness is that of one speed.
+    """
     eigenvalues, modes = eigh(stiffness, mass)
     tuned = modes, eigenvalues, project(blade_stiffness, modes)
-    return ReducedModel(
-        mass, stiffness, blade_stiffness, basis, interface, *tuned, speed, stiffening
-    )
+    slopes = tuple(project(k, modes) for k in stiffening)
+    return ReducedModel(mass, stiffness, blade_stiffness, basis, interface, *tuned, speed, slopes)
 
 
-def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
+def mistuned_modes(
+    reduced: ReducedModel, deviation: np.ndarray, speed: float | None = None
+) -> Modes:
     """Modes of one mistuned sample on the basis of the tuned disk.
 
     deviation: (N,) relative change of each blade's stiffness [-].
+    speed: of rotation, for frequencies and shapes [rad/s]; None: that of the reduced model.
     Source: Joachim, Nyssen, Batailly (2020), equation (3).
     """
     change = np.tensordot(deviation, reduced.modal_blade_stiffness, axes=1)
     np.einsum("ii->i", change)[:] += reduced.tuned_eigenvalues
+    speed = reduced.speed if speed is None else speed
+    faster = powers(speed, reduced.speed)
+    for part, slope in zip(faster, reduced.stiffening, strict=False):
+        change += part * slope
     eigenvalues, vectors = np.linalg.eigh(change)
     shapes = reduced.tuned_modes @ vectors
     interface = reduced.interface
     # for the same motion a stiffer blade has a higher stress, as its sections carry a higher force
     stiffer = 1.0 + np.asarray(deviation)[interface.stress_blade]
     stress = interface.stress if len(interface.stress) else np.zeros((0, len(shapes)))
-    slopes = [np.einsum("ik,ik->k", shapes, k @ shapes) for k in reduced.stiffening]
+    slopes = [np.einsum("ik,ik->k", vectors, k @ vectors) for k in reduced.stiffening]
     stiffening = np.array(slopes).reshape(-1, len(eigenvalues))
-    air = reduced.air
+    air = reduced.air and reduced.air.at(faster)
     return Modes(
         omega=np.sqrt(np.maximum(eigenvalues, 0)),
         normal=interface.normal @ shapes,
@@ -239,7 +249,7 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
         axial=interface.axial @ shapes,
         observed=interface.observed @ shapes,
         shapes=shapes,
-        speed=reduced.speed,
+        speed=speed,
         stiffening=stiffening,
         stress=stiffer[:, None] * (stress @ shapes),
         pairs=reduced.casing.seen_from(interface.angle) if reduced.casing else NO_PAIRS,

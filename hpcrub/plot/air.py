@@ -3,7 +3,6 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from hpcrub.model.aero import largest_amplification
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, shades
 from hpcrub.results.storage import ResultFile
@@ -31,11 +30,10 @@ def wave_damping(canvas: Canvas, file: ResultFile) -> None:
     _draw_waves(canvas.panels(1, 1, (7.5, 5.2))[0, 0], file)
 
 
-def draw_limit(axes: Axes, file: ResultFile, diameters: int) -> None:
-    """Draw Whitehead's limit of the linear amplification under a load, unless a wave flutters."""
-    ratio = file.read("aero/tuned_damping_ratio")
-    if (ratio > 0.0).all():
-        limit = largest_amplification(ratio, file.config.forcing.sense * int(diameters))
+def draw_limit(axes: Axes, file: ResultFile, load: int) -> None:
+    """Draw Whitehead's limit of the linear amplification under a load (its index), if it holds."""
+    limit = file.read("aero/largest_amplification", load)
+    if np.isfinite(limit):
         axes.axhline(limit, color=BLACK, lw=1.2, ls=":", label="limit (Whitehead)")
 
 

@@ -210,7 +210,7 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
         _explain(panel, [LINEAR], at)
         draw_curves(panel, sigma, values, at, LINEAR)
         if file.config.aero.exists:
-            draw_limit(panel, file, diameters[d])
+            draw_limit(panel, file, d)
         panel.set_title(f"$n_d$ = {diameters[d]}")
     canvas.title(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-3:]:

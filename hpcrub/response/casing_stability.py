@@ -23,6 +23,7 @@ class Growth(NamedTuple):
 
     rate: float  # real part of its eigenvalue [1/s]; below 0: all decay
     waves: int  # n of the casing's wave that moves most
+    frequency: float  # at which it moves, seen from the rotor [Hz]
 
 
 def turned_matrices(
@@ -72,4 +73,5 @@ def growth(modes: Modes, damping: float | Damping, friction: float, speed_hz: fl
     fastest = int(np.argmax(values.real))
     pairs = (free @ vectors[:, fastest])[len(modes.omega) :].reshape(-1, 2)
     size = np.linalg.norm(pairs, axis=1) * np.abs(modes.pairs.radial)
-    return Growth(float(values[fastest].real), int(modes.pairs.n_waves[np.argmax(size)]))
+    value, wave = complex(values[fastest]), int(modes.pairs.n_waves[np.argmax(size)])
+    return Growth(value.real, wave, abs(value.imag) / (2.0 * np.pi))

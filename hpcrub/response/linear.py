@@ -8,21 +8,25 @@ w = |n_d| Omega, and a displacement is Re(u exp(j w t)) with
     u = sum_k observed_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
     p_k = sum_i F/n_i normal_ik exp(-j n_d theta_i),    n_i contact points on the blade of point i.
 
-Where the stiffness depends on the speed, omega_k is taken at the speed Omega = w / |n_d|. A complex
-mode z' = lambda z + l f of a disk in air, with displacement Re(r z), adds r l p / 2(jw - lambda)
-and the term with the conjugates of r, l and lambda.
+Where the stiffness depends on the speed, omega_k is taken at the speed Omega = w / |n_d|, and the
+peak with the shapes of its own speed. A complex mode z' = lambda z + l f of a disk in air, with
+displacement Re(r z), adds r l p / 2(jw - lambda) and the term with the conjugates of r, l and
+lambda; lambda grows with omega over the speed, and l falls.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
 from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.interface import Interface
-from hpcrub.model.reduction import Modes
+from hpcrub.model.reduction import Modes, powers
 
 _MESH_STEP = 0.25  # step of the search mesh, in distances to the nearest pole
 _WORTH_REFINING = 0.9  # mesh maxima below this share of the largest cannot overtake it
 _MAX_ITERATIONS = 60
+_SETTLED, _MAX_PASSES = 1e-4, 5  # relative change of the peak's speed that needs no other shapes
 
 
 def engine_order_response(
@@ -58,6 +62,7 @@ def linear_peak(
     engine_order: int,
     interface: Interface,
     n_family: int,
+    modes_at: Callable[[float], Modes] | None = None,
 ) -> tuple[float, float]:
     """Largest observed displacement over the speeds of the first family of modes.
 
@@ -66,17 +71,35 @@ def linear_peak(
     - n_family: modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over
       n_d, with each omega at the speed where the load meets the mode. Where the load meets none,
       because the stiffness grows faster with the speed, frequencies are those at `Modes.speed`.
+    - modes_at: gives the modes of this disk with the shapes at a speed [rad/s]; with it the peak
+      has the shapes of its own speed, to about 1e-4; None: it has those of `modes`.
 
     Returns amplitude [m], to a relative 1e-6, infinite where a mode flutters in air; speed_hz, its
     speed [Hz].
     Source: Joachim, Nyssen, Batailly (2020), section 2.3.2.
     """
+    load = damping_ratio, amplitude, engine_order, interface
+    size, speed_hz = _peak(modes, *load, n_family)
+    for _ in range(_MAX_PASSES):
+        if modes_at is None or not len(modes.stiffening):
+            break
+        moved = abs(2 * np.pi * speed_hz / modes.speed - 1.0) if modes.speed else np.inf
+        meets = np.isfinite(_resonances(modes, abs(engine_order))[:n_family]).all()
+        if not (moved > _SETTLED and meets):
+            break
+        modes = modes_at(2 * np.pi * speed_hz)
+        size, speed_hz = _peak(modes, *load, n_family)
+    return size, speed_hz
+
+
+def _peak(modes, damping_ratio, amplitude, engine_order, interface, n_family):
+    """Peak with the shapes of given modes, as of `linear_peak`."""
     if modes.waves and not (modes.waves.damping_ratio > 0.0).all():
         return np.inf, np.nan
     load = _modal_load(modes, amplitude, engine_order, interface)
     engine_order = abs(engine_order)
     if not np.isfinite(_resonances(modes, engine_order)[:n_family]).all():
-        modes = modes._replace(stiffening=modes.stiffening[:0])
+        modes = modes.fixed
     oscillators = _Oscillators(modes, damping_ratio, engine_order)
     load = oscillators.load(load)
     w = _search_mesh(_resonances(modes, engine_order), oscillators.xi, n_family)
@@ -108,67 +131,85 @@ class _Oscillators:
         waves = self.modes.waves
         if waves is None:
             return modal
-        left = waves.left[:, len(waves.rows) :]
-        part = modal[waves.rows]
-        return np.concatenate([modal[self.real], left @ part, left.conj() @ part])
+        part = waves.pushed @ modal[waves.rows]
+        return np.concatenate([modal[self.real], part, (waves.pushed.conj() @ modal[waves.rows])])
 
     def stiffness(self, w: np.ndarray) -> np.ndarray:
-        """omega^2 - w^2 + 2 j xi omega w of real modes, 2(jw - lambda) of complex modes (n, T)."""
+        """Denominators (n, T) of all terms.
+
+        They are omega^2 - w^2 + 2 j xi omega w of real modes, 2(jw - lambda) Im lambda of complex
+        modes.
+        """
         omega = self.modes.omega_at(w / self.engine_order)
         stiffness = np.empty((len(w), omega.shape[-1]), dtype=complex)
         np.subtract(omega**2, w[:, None] ** 2, out=stiffness.real)
         np.multiply(2 * self.xi * omega, w[:, None], out=stiffness.imag)
-        if self.modes.waves is None:
-            return stiffness
-        poles = self.modes.eigenvalues_at(w / self.engine_order)
-        both = np.hstack([poles, poles.conj()])
-        return np.hstack([stiffness[:, self.real], 2.0 * (1j * w[:, None] - both)])
-
-    def slopes(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
-        """First and second derivative of `stiffness` with respect to w."""
-        omega, w = self.modes.omega_at(w / self.engine_order), w[:, None]
-        d1, d2 = 2 * (1j * self.xi * omega - w), np.full((1, 1), -2.0)
-        n, speed = self.engine_order, w / self.engine_order
-        rise, bend = (2 * speed, 4 * speed**3), (2.0, 12 * speed**2)  # of W² and W⁴, by W
-        if len(self.modes.stiffening):
-            by_square, by_fourth = self.modes.stiffening
-            square1 = (rise[0] * by_square + rise[1] * by_fourth) / n  # d(omega^2)/dw
-            square2 = (bend[0] * by_square + bend[1] * by_fourth) / n**2
-            omega1 = square1 / (2 * omega)
-            omega2 = (square2 / 2 - omega1**2) / omega
-            d1 = d1 + square1 + 2j * self.xi * w * omega1
-            d2 = square2 - 2 + 2j * self.xi * (2 * omega1 + w * omega2)
         waves = self.modes.waves
         if waves is None:
+            return stiffness
+        growth = waves.growth(powers(w / self.engine_order, self.modes.speed))
+        poles, sizes = growth * waves.eigenvalue, growth * waves.eigenvalue.imag
+        both = np.hstack([poles, poles.conj()])
+        scale = 2.0 * np.hstack([sizes, sizes])
+        return np.hstack([stiffness[:, self.real], scale * (1j * w[:, None] - both)])
+
+    def slopes(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """First and second derivative of `stiffness` with respect to w."""
+        modes, waves = self.modes, self.modes.waves
+        speed, w = w / self.engine_order, w[:, None]
+        omega = modes.omega_at(speed)
+        square1, square2 = self._rise(speed, modes.stiffening)
+        omega1, omega2 = _roots(omega, square1, square2)
+        d1 = 2 * (1j * self.xi * omega - w) + square1 + 2j * self.xi * w * omega1
+        d2 = square2 - 2 + 2j * self.xi * (2 * omega1 + w * omega2)
+        if waves is None:
             return d1, d2
-        d1, d2 = (np.broadcast_to(d, d1.shape)[:, self.real] for d in (d1, d2))
-        by = waves.slopes if len(self.modes.stiffening) else np.zeros((2, len(waves.rows)))
-        poles1, poles2 = (
-            (part[0] * by[0] + part[1] * by[1]) / n**k for k, part in ((1, rise), (2, bend))
-        )
-        poles1, poles2 = (np.hstack([part, part.conj()]) for part in (poles1, poles2))
-        return np.hstack([d1, 2.0 * (1j - poles1)]), np.hstack([d2, -2.0 * poles2])
+        rise1, rise2 = self._rise(speed, waves.slopes)
+        growth = waves.growth(powers(speed, modes.speed))
+        growth1, growth2 = _roots(growth, rise1, rise2)
+        size, poles = waves.eigenvalue.imag, np.array([waves.eigenvalue, waves.eigenvalue.conj()])
+        first, second = (
+            [2.0 * size * (1j * by_w - pole * by_square) for pole in poles]
+            for by_w, by_square in (
+                (growth + w * growth1, rise1), (2.0 * growth1 + w * growth2, rise2)
+            )
+        )  # fmt: skip
+        return np.hstack([d1[:, self.real], *first]), np.hstack([d2[:, self.real], *second])
+
+    def _rise(self, speed, slopes):
+        """First and second derivative (n, K) by w of squares with slopes over W² and W⁴."""
+        if not len(slopes):
+            return 0.0, 0.0
+        n, speed = self.engine_order, speed[:, None]
+        by_square, by_fourth = slopes
+        first = (2 * speed * by_square + 4 * speed**3 * by_fourth) / n
+        return first, (2 * by_square + 12 * speed**2 * by_fourth) / n**2
+
+
+def _roots(root, square1, square2):
+    """First and second derivative of a root from those of its square."""
+    first = square1 / (2 * root)
+    return first, (square2 / 2 - first**2) / root
 
 
 def _resonances(modes, engine_order):
     """Frequencies w = omega(w / n_d) at which the load meets every mode (K,); NaN where never.
 
     omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
-    The air shifts the frequency of a complex mode by the same factor at all speeds.
     """
-    frequencies = modes.omega
-    if len(modes.stiffening):
-        speed, (by_square, by_fourth) = modes.speed, modes.stiffening
-        a = modes.omega**2 - by_square * speed**2 - by_fourth * speed**4
-        left = 1 - by_square / engine_order**2
-        c = by_fourth / engine_order**4
-        with np.errstate(all="ignore"):
-            square = 2 * a / (left + np.sqrt(left**2 - 4 * a * c))
-            frequencies = np.sqrt(np.where(square > 0, square, np.nan))
-    if modes.waves:
-        rows, frequencies = modes.waves.rows, frequencies.copy()
-        frequencies[rows] *= modes.waves.eigenvalue.imag / modes.omega[rows]
-    return frequencies
+    squared, stiffening, waves = modes.omega**2, modes.stiffening, modes.waves
+    if waves:
+        squared[waves.rows], stiffening = waves.eigenvalue.imag**2, stiffening.copy()
+        stiffening[:, waves.rows] = squared[waves.rows] * waves.slopes
+    if not len(stiffening):
+        return np.sqrt(squared)
+    by_square, by_fourth = stiffening
+    a = squared - by_square * modes.speed**2 - by_fourth * modes.speed**4
+    left = 1 - by_square / engine_order**2
+    c = by_fourth / engine_order**4
+    with np.errstate(all="ignore"):
+        square = 2 * a / (left + np.sqrt(left**2 - 4 * a * c))
+        return np.sqrt(np.where(square > 0, square, np.nan))
 
 
 def _modal_load(modes, amplitude, engine_order, interface):

@@ -1,6 +1,7 @@
 """Estimate of a study's computing time from a trial of a small part on this machine."""
 
 import time
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -61,10 +62,11 @@ def trial(
     integrates, histories: whether the study integrates in time, and whether it keeps the motion.
     """
     started = time.perf_counter()
-    modes = modes_of(config, problem, deviation(config, len(config.levels) - 1, 0))
+    at = partial(modes_of, config, problem, deviation(config, len(config.levels) - 1, 0))
+    modes = at()
     for n_diameters in loads:
         load = config.forcing.amplitude, n_diameters, problem.scene.interface
-        linear_peak(modes, problem.scene.damping_ratio, *load, config.disk.n_blades)
+        linear_peak(modes, problem.scene.damping_ratio, *load, config.disk.n_blades, at)
     seconds_per_disk = time.perf_counter() - started
     if not integrates:
         return Trial(seconds_per_disk)

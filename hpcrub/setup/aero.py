@@ -6,7 +6,7 @@ from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model import aero
 from hpcrub.model.imported import cyclic
-from hpcrub.model.reduction import ReducedModel
+from hpcrub.model.reduction import ReducedModel, mistuned_modes, powers
 
 
 def curve_of(config: Config) -> aero.Curve:
@@ -18,14 +18,24 @@ def curve_of(config: Config) -> aero.Curve:
     return aero.Curve(given.family - 1, *aero.of_influence(n_blades, *np.array(rows).T))
 
 
-def air_of(config: Config, reduced: ReducedModel) -> aero.Air | None:
-    """Air forces on the tuned disk; None without air. Raises InputError for a missing family."""
+def in_air(config: Config, reduced: ReducedModel, speed: float | None = None) -> ReducedModel:
+    """The tuned disk with the air forces of an input, if any.
+
+    speed: of rotation, of which the shapes are on which the air acts [rad/s]; None: that of the
+    reduced model.
+    Raises InputError for a missing family.
+    """
     if not config.aero.exists:
-        return None
-    blades, angle = cyclic.tuned_tips(reduced)
+        return reduced
+    tuned = mistuned_modes(reduced._replace(air=None), np.zeros(config.disk.n_blades), speed)
+    blades, angle = cyclic.tips(tuned, reduced.interface)
+    diameters = cyclic.nodal_diameters(blades, angle)
     forward = blades[:, np.argsort(angle % (2.0 * np.pi))]
-    diameters = cyclic.tuned_diameters(reduced)
     try:
-        return aero.air_of(curve_of(config), reduced.tuned_eigenvalues, diameters, forward)
+        air = aero.air_of(curve_of(config), tuned.omega**2, diameters, forward)
     except ValueError as error:
         raise InputError(f"aero.family: {error}") from None
+    waves = reduced.tuned_modes.T @ reduced.mass @ tuned.shapes @ air.waves
+    slopes = [np.einsum("mr,mr->r", waves.conj(), K @ waves).real for K in reduced.stiffening]
+    air = air._replace(waves=waves, stiffening=np.array(slopes).reshape(-1, config.disk.n_blades))
+    return reduced._replace(air=air.at(-powers(tuned.speed, reduced.speed)))

@@ -94,11 +94,14 @@ def disks(config: Config) -> np.ndarray:
     return np.array([tuned] if pattern is None else [tuned, pattern + tuned])
 
 
-def modes_of(config: Config, model: Model | Problem, deviation: np.ndarray) -> Modes:
+def modes_of(
+    config: Config, model: Model | Problem, deviation: np.ndarray, speed: float | None = None
+) -> Modes:
     """Modes of one disk; deviation: relative, of the blades' stiffness (N,) [-].
 
+    speed: of rotation, for frequencies and shapes [rad/s]; None: that of the reduced model.
     Raises InputError when blades deviate and the model file lacks their stiffness.
     """
     if np.abs(deviation).max() > FURTHEST and not model.reduced.modal_blade_stiffness.any():
         raise InputError(f"disk.model: {config.disk.model} has no K_blade, blades are all alike")
-    return mistuned_modes(model.reduced, deviation)
+    return mistuned_modes(model.reduced, deviation, speed)

@@ -57,7 +57,12 @@ def resolved(config: Config) -> Config:
 
 
 def mid_speed(config: Config) -> float:
-    """Middle of the speed range, at which mode shapes are computed [rad/s]."""
+    """Speed at which mode shapes are computed: the middle of all, or rest if none is given [rad/s].
+
+    A linear study has no speeds; it goes from rest to the resonance of every disk and load.
+    """
+    if config.study == "linear":
+        return 0.0
     return np.pi * (config.speeds.from_hz + config.speeds.to_hz)
 
 
@@ -79,7 +84,7 @@ def build(config: Config) -> tuple[NeutralModel | None, ReducedModel]:
         return reduced.reduced_model(rows, speed, by_modes)._replace(basis=basis)
 
     small = checks.at_speed("speeds", reduce, mid_speed(config))
-    speeds = 2 * np.pi * config.speeds.values_hz
+    speeds = 2 * np.pi * config.speeds.values_hz if mid_speed(config) else np.zeros(1)
     lowest = mistuned_modes(small, np.zeros(model.n_blades)).omega_at(speeds).min(axis=-1)
     if not lowest.all():
         raise checks.too_fast("speeds", speeds[lowest == 0.0][0])

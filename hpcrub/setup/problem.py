@@ -18,7 +18,7 @@ from hpcrub.response.revolution import speed_bands
 from hpcrub.response.scene import RECORD_INTERVAL, Scene, enough
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup import imported
-from hpcrub.setup.aero import air_of
+from hpcrub.setup.aero import in_air
 from hpcrub.setup.casing import casing_modes_of
 from hpcrub.setup.laws import law_of
 
@@ -50,7 +50,7 @@ class Problem(NamedTuple):
 def build_model(config: Config) -> Model:
     """Build the tuned disk and its air. Raises InputError for impossible geometry or model file."""
     disk, reduced = imported.build(config) if config.disk.model else _planar(config)
-    return Model(disk, reduced._replace(air=air_of(config, reduced)))
+    return Model(disk, in_air(config, reduced))
 
 
 def _planar(config):

@@ -1,16 +1,20 @@
 """Linear amplification of many samples under engine-order excitation.
 
 One eigenproblem per sample serves all its loads, so that the samples of all nodal diameters are
-the same. A contact study with the same seed and levels has these samples, too.
+the same. A contact study with the same seed and levels has these samples, too. Where the stiffness
+depends on the speed, every load has modes of its own: those of the speed at which it is largest.
 """
 
 from collections.abc import Iterator
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.model import crossings
+from hpcrub.model.imported import cyclic
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
@@ -18,6 +22,7 @@ from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import Finding
+from hpcrub.setup.aero import in_air
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
 from hpcrub.statistics.percentiles import finite, interval_in_words, with_interval
@@ -40,14 +45,50 @@ def _chunks(config):
     return -(-config.mistuning.samples // CHUNK)
 
 
-def _peaks(config, model, modes):
+class Start(NamedTuple):
+    """Disk, in air of the speed at which a load meets the tuned disk, and this speed."""
+
+    model: Model
+    speed: float | None  # [rad/s]; None: the stiffness is that of one speed, or they never meet
+
+
+def _starts(config, model):
+    """A Start for every load; `model` itself as often as its stiffness does not change."""
+    reduced, starts = model.reduced, []
+    diameters = cyclic.tuned_diameters(reduced)
+    for order in config.linear.n_diameters:
+        hz = crossings.of_disk(reduced, diameters, order) if reduced.stiffening else np.nan
+        speed = None if np.isnan(hz) else 2.0 * np.pi * hz
+        there = model if speed is None else model._replace(reduced=in_air(config, reduced, speed))
+        starts.append(Start(there, speed))
+    return starts
+
+
+def _modes(config, starts, blades):
+    """Modes of one disk for every load; the same ones where the stiffness does not change."""
+    found = {}
+    for model, speed in starts:
+        if speed not in found:
+            found[speed] = modes_of(config, model, blades, speed)
+    return [found[start.speed] for start in starts]
+
+
+def _peaks(config, starts, modes, blades, observed="observed"):
     """Largest amplitude [m] and its speed [Hz] under every load, (D, 2)."""
+
+    def at(model, speed):
+        modes = modes_of(config, model, blades, speed)
+        return modes._replace(observed=getattr(modes, observed))
+
     return np.array([
         linear_peak(
-            modes, config.damping, config.forcing.amplitude, config.forcing.sense * n_diameters,
-            model.reduced.interface, config.disk.n_blades,
+            of_load._replace(observed=getattr(of_load, observed)), config.damping,
+            config.forcing.amplitude, config.forcing.sense * n_diameters,
+            model.reduced.interface, config.disk.n_blades, partial(at, model),
         )
-        for n_diameters in config.linear.n_diameters
+        for n_diameters, (model, _), of_load in zip(
+            config.linear.n_diameters, starts, modes, strict=True
+        )
     ])  # fmt: skip
 
 
@@ -62,7 +103,7 @@ class Linear(Study):
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the study, and of disks in air."""
-        return LAYOUT + air.layout(config, air.TUNED, air.MISTUNED)
+        return LAYOUT + air.layout(config, air.TUNED, air.LIMITS, air.MISTUNED)
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Nodal diameters of all loads."""
@@ -88,40 +129,45 @@ class Linear(Study):
         """Cost of an eigenproblem for every sample, without time steps."""
         return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
 
-    def prepare(self, config: Config) -> tuple[Model, np.ndarray]:
-        """The tuned disk, and its peaks under every load, amplitude [m] and speed [Hz] (D, 2).
+    def prepare(self, config: Config) -> tuple[list[Start], np.ndarray]:
+        """Starts of all loads, and the tuned disk's peaks, amplitude [m] and speed [Hz] (D, 2).
 
         Raises InputError for a disk that is hardly excited.
         """
-        model = build_model(config)
-        modes = modes_of(config, model, np.zeros(config.disk.n_blades))
-        tuned = _peaks(config, model, modes)
-        radial = _peaks(config, model, modes._replace(observed=modes.normal))
+        starts, alike = _starts(config, build_model(config)), np.zeros(config.disk.n_blades)
+        modes = _modes(config, starts, alike)
+        tuned = _peaks(config, starts, modes, alike)
+        radial = _peaks(config, starts, modes, alike, "normal")
         lost = np.flatnonzero(tuned[:, 0] < ROUNDING * radial[:, 0])
         if lost.size:
             raise InputError(
                 f"linear.n_diameters: under {config.linear.n_diameters[lost[0]]} diameters the "
                 "tips of the tuned disk move radially only, and amplitudes are tangential"
             )
-        return model, tuned
+        return starts, tuned
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Compute the amplifications of a chunk of samples of one level."""
-        model, tuned = problem
+        starts, tuned = problem
         level, chunk = divmod(task, _chunks(config))
         samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
         amplification, waves = np.full((len(tuned), len(samples)), np.nan), []
         for i, sample in enumerate(samples):
-            modes = modes_of(config, model, deviation(config, level, sample))
-            waves += [modes.waves] if modes.waves else []
-            peaks = _peaks(config, model, modes)
+            blades = deviation(config, level, sample)
+            modes = _modes(config, starts, blades)
+            waves += [modes[0].waves] if modes[0].waves else []
+            peaks = _peaks(config, starts, modes, blades)
             known = np.isfinite(peaks[:, 0] + tuned[:, 0])  # a disk in flutter has no response
             amplification[known, i] = peaks[known, 0] / tuned[known, 0]
             poll()
         if waves:
             yield from air.values(waves, level, samples.start)
         if task == 0:
-            yield from air.values_of_tuned(config, model.reduced)
+            yield from air.values_of_tuned(config, starts[0].model.reduced, starts[0].speed)
+            if config.aero.exists:
+                loads = zip(starts, config.linear.n_diameters, strict=True)
+                limits = [air.limit(config, s.model.reduced, s.speed, n) for s, n in loads]
+                yield "aero/largest_amplification", (), limits
             yield "tuned/amplitude_m", (), tuned[:, 0]
             yield "tuned/speed_hz", (), tuned[:, 1]
         where = level, slice(None), slice(samples.start, samples.stop)

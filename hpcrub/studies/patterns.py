@@ -135,10 +135,12 @@ class Halving(Job):
 
     def _tuned(self):
         """Linear amplitude of the tuned disk, without air where it flutters [m]."""
-        modes = modes_of(self.config, self.prepared, np.zeros(self.config.disk.n_blades))
+        problem, alike = self.prepared, np.zeros(self.config.disk.n_blades)
+        modes = modes_of(self.config, problem, alike)
         if modes.waves and modes.waves.damping_ratio.min() <= 0.0:
+            problem = problem._replace(reduced=problem.reduced._replace(air=None))
             modes = modes._replace(waves=None)
-        return linear_amplitude(self.config, self.prepared, modes)
+        return linear_amplitude(self.config, problem, modes, alike)
 
     def _blocks(self):
         """Linear tasks of the next round; none: all rounds are over (rank 0)."""
@@ -175,7 +177,8 @@ class Halving(Job):
 
     def _pieces(self, task, poll):
         if not isinstance(task.disks, range):
-            where, modes = (task.pattern, task.disks), self._modes(task.word, task.disks)
+            where, blades = (task.pattern, task.disks), self._blades(task.word, task.disks)
+            modes = modes_of(self.config, self.prepared, blades)
             speeds = self.config.speeds.values_hz
             result = run_sweep(modes, self.prepared.scene, speeds, poll)
             yield "contact_amplitude_m", where, peak(result, speeds)[0]
@@ -184,8 +187,9 @@ class Halving(Job):
             return
         results = np.empty((2, len(task.disks)))
         for i, sample in enumerate(task.disks):
-            modes = self._modes(task.word, sample)
-            size = linear_amplitude(self.config, self.prepared, modes)
+            blades = self._blades(task.word, sample)
+            modes = modes_of(self.config, self.prepared, blades)
+            size = linear_amplitude(self.config, self.prepared, modes, blades)
             results[0, i] = size / self.tuned if np.isfinite(size) else np.nan
             results[1, i] = modes.waves.damping_ratio.min() if modes.waves else np.nan
             poll()
@@ -194,11 +198,10 @@ class Halving(Job):
         yield "least_damping_ratio", where, results[1]
         yield "status", where, DONE
 
-    def _modes(self, word, sample):
-        """Modes of a disk whose blades deviate by their types, and at random."""
+    def _blades(self, word, sample):
+        """Stiffness deviations of blades by their types, and at random."""
         types = np.array([*self.config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
-        own = deviation(self.config, 0, sample) + types[np.array(word)]
-        return modes_of(self.config, self.prepared, own)
+        return deviation(self.config, 0, sample) + types[np.array(word)]
 
     def _collect(self, task, seconds):
         self._count("tasks planned so far", seconds)

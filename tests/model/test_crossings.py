@@ -15,7 +15,8 @@ def casing_of(n, hz):
 
 def met(reduced, slope, n):
     """First family with n diameters of K + slope W² M, by speed; sum and difference with 120 Hz."""
-    disk = reduced._replace(stiffening=(slope * reduced.mass, 0.0 * reduced.mass))
+    one = np.eye(len(reduced.mass))
+    disk = reduced._replace(stiffening=(slope * one, 0.0 * one))
     diameters = diameters_of(reduced)
     found = interactions(disk, diameters, casing_of([n], [120.0]), 2 * np.pi * 1e3)
     return family_frequency(disk, diameters, n, 0), found[0, 0]

@@ -15,7 +15,8 @@ from hpcrub.model.imported.checks import check_frequency
 from hpcrub.model.imported.craig_bampton import factorised, frequencies, lowest_modes
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
-from hpcrub.model.reduction import ReducedModel
+from hpcrub.model.interface import Interface
+from hpcrub.model.reduction import Modes, ReducedModel
 
 MODES_PER_DIAMETER = 3
 MODES_OF_DISK = 4  # modes of a whole disk per blade
@@ -170,16 +171,17 @@ def of_blades(
     return like, angle[points[:, 0]]
 
 
-def tuned_tips(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
-    """Motion of corresponding contact points in the tuned modes, as `of_blades` returns it."""
-    face = reduced.interface
-    rows = [part for part in (face.normal, face.tangential, face.axial) if len(part)]
-    return of_blades(np.array(rows) @ reduced.tuned_modes, face.blade, face.angle)
+def tips(modes: Modes, face: Interface) -> tuple[np.ndarray, np.ndarray]:
+    """Motion of corresponding contact points in modes, as `of_blades` returns it."""
+    rows = [part for part in (modes.normal, modes.tangential, modes.axial) if len(part)]
+    return of_blades(np.array(rows), face.blade, face.angle)
 
 
 def tuned_diameters(reduced: ReducedModel) -> np.ndarray:
     """Nodal diameters of the tuned modes (m,) int, from the motion of the contact points."""
-    return nodal_diameters(*tuned_tips(reduced))
+    face = reduced.interface
+    rows = [part for part in (face.normal, face.tangential, face.axial) if len(part)]
+    return diameters_of(np.array(rows) @ reduced.tuned_modes, face.blade, face.angle)
 
 
 def error_between(model: NeutralModel, speeds: np.ndarray) -> float:

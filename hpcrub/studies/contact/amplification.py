@@ -1,6 +1,6 @@
 """Results of one disk in a contact study, and the tuned disk as reference of all others."""
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -91,12 +91,16 @@ def _problem_of(text):
     return build_problem(Config.from_yaml(text))
 
 
-def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
-    """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
+def linear_amplitude(config: Config, problem: Problem, modes: Modes, blades: np.ndarray) -> float:
+    """Largest tip displacement under the linear engine-order excitation of a configuration [m].
+
+    modes: of the disk with stiffness deviations `blades` (N,) [-].
+    """
     scene = problem.scene
     assert config.engine_order is not None  # `Contact.problems` has checked it
     load = config.forcing.amplitude, config.forcing.sense * config.engine_order, scene.interface
-    return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
+    at = partial(modes_of, config, problem, blades)
+    return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades, at)[0]
 
 
 class Integrated(NamedTuple):
@@ -213,7 +217,8 @@ def write_tuned(
         values[name] = np.array([run[of_run] for run in runs])
     known = finite(values["run_peaks_m"])
     values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
-    values["linear_amplitude_m"] = linear_amplitude(config, problem, modes)
+    alike = np.zeros(config.disk.n_blades)
+    values["linear_amplitude_m"] = linear_amplitude(config, problem, modes, alike)
     contact_file.write_tuned(file, values)
 
 

@@ -176,7 +176,7 @@ class MonteCarlo(Job):
         try:
             if response.result:
                 values |= disk.values_of(response, self.speeds_hz)
-                values |= self._amplifications(modes, values["peak_amplitude_m"])
+                values |= self._amplifications(modes, blades, values["peak_amplitude_m"])
                 message = "" if values["status"] == DONE else "all its points diverged"
         except BAD_NUMBERS as error:
             message = _words(error)
@@ -187,9 +187,9 @@ class MonteCarlo(Job):
         numbers = tuple(values.get(kind.of, np.nan) for kind in self.kinds)
         return Outcome(values["status"], numbers, work, message)
 
-    def _amplifications(self, modes, amplitude):
+    def _amplifications(self, modes, blades, amplitude):
         """Amplifications of one sample, and its status."""
-        linear = disk.linear_amplitude(self.config, self.prepared, modes)
+        linear = disk.linear_amplitude(self.config, self.prepared, modes, blades)
         stable = np.isfinite(linear) and np.isfinite(self.reference.linear)  # else in flutter
         return {
             "amplification": amplitude / self.reference.contact,

@@ -6,7 +6,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
-from hpcrub.model.aero import Air, Waves
+from hpcrub.model.aero import Air, Waves, largest_amplification
 from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
@@ -15,6 +15,7 @@ from hpcrub.runs.verdict import FEW, SINGLE, USELESS, Finding
 from hpcrub.setup.aero import curve_of
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
+FAMILY_ALONE = 0.2  # deviation of stiffness up to which mistuning hardly couples families
 MOST_SHOWN = 200  # disks of a level whose complex modes are kept
 _WAVE, _SHOWN = ("wave",), ("level", "disk", "wave")
 TUNED = (
@@ -24,6 +25,12 @@ TUNED = (
     Dataset("aero/tuned_decay_per_s", _WAVE, "1/s", "rate at which it decays; below 0: grows"),
     Dataset("aero/tuned_frequency_hz", _WAVE, "Hz", "frequency of the tuned disk's wave"),
 )
+LIMITS = (
+    Dataset(
+        "aero/largest_amplification", ("n_diameters",), "1",
+        "Whitehead's limit of the linear amplification; NaN where its conditions do not hold",
+    ),
+)  # fmt: skip
 MISTUNED = (
     Dataset("aero/decay_per_s", _SHOWN, "1/s", "of the complex modes of the first samples"),
     Dataset("aero/frequency_hz", _SHOWN, "Hz", "frequencies of these"),
@@ -44,12 +51,17 @@ def sizes(config: Config) -> dict[str, int]:
     return {"wave": config.disk.n_blades, "disk": min(MOST_SHOWN, config.mistuning.samples)}
 
 
-def values_of_tuned(config: Config, reduced: ReducedModel) -> Iterator[Values]:
-    """Damping of the tuned disk's waves, given and by complex modes; nothing without air."""
+def values_of_tuned(
+    config: Config, reduced: ReducedModel, speed: float | None = None
+) -> Iterator[Values]:
+    """Damping of the tuned disk's waves, given and by complex modes; nothing without air.
+
+    speed: of rotation [rad/s]; None: that of the reduced model.
+    """
     if reduced.air is None:
         return
     n_blades = config.disk.n_blades
-    eigenvalues = tuned_eigenvalues(reduced, reduced.air)
+    eigenvalues = tuned_eigenvalues(reduced, reduced.air, speed)
     r = np.arange(n_blades)
     yield "aero/diameters", (), np.where(2 * r <= n_blades, r, r - n_blades)
     yield "aero/given_damping_ratio", (), curve_of(config).damping_ratio
@@ -58,15 +70,31 @@ def values_of_tuned(config: Config, reduced: ReducedModel) -> Iterator[Values]:
     yield "aero/tuned_frequency_hz", (), eigenvalues.imag / (2.0 * np.pi)
 
 
-def tuned_eigenvalues(reduced: ReducedModel, air: Air) -> np.ndarray:
+def tuned_eigenvalues(reduced: ReducedModel, air: Air, speed: float | None) -> np.ndarray:
     """Eigenvalues of the tuned disk's complex modes, assigned to waves by their shapes (N,)."""
-    modes = mistuned_modes(reduced, np.zeros(reduced.interface.n_blades))
+    modes = mistuned_modes(reduced, np.zeros(reduced.interface.n_blades), speed)
     waves = modes.waves
     assert waves is not None  # there is air
     shapes = modes.shapes[:, waves.rows] @ waves.right
-    wanted = reduced.tuned_modes[:, air.columns] @ air.waves
+    wanted = reduced.tuned_modes @ air.waves
     alike = np.abs(wanted.conj().T @ reduced.mass @ shapes)
     return waves.eigenvalue[np.argmax(alike / np.linalg.norm(alike, axis=0), axis=1)]
+
+
+def limit(config: Config, reduced: ReducedModel, speed: float | None, diameters: int) -> float:
+    """Whitehead's limit of the linear amplification under a load; NaN where it does not hold [-].
+
+    It is one of velocities: a softer disk moves further for the same velocity. It needs waves that
+    are all damped, and mistuning that leaves the family alone.
+    """
+    largest = config.mistuning.largest
+    assert reduced.air is not None
+    decay = -tuned_eigenvalues(reduced, reduced.air, speed).real
+    if not (decay > 0.0).all() or largest > FAMILY_ALONE:
+        return np.nan
+    tips = reduced.interface.observed @ (reduced.tuned_modes @ reduced.air.waves)
+    found = largest_amplification(decay, tips, config.forcing.sense * diameters)
+    return found / np.sqrt(1.0 - largest)
 
 
 def values(waves: list[Waves], level: int, first: int) -> Iterator[Values]:

@@ -28,8 +28,8 @@ PERMANENT = Dataset(
 def permanent_growth(config: Config, modes: Modes, speeds_hz: np.ndarray) -> np.ndarray:
     """Growth of the linear disk and casing, which vibrates, in permanent contact at speeds (S,).
 
-    modes: Modes of the tuned disk. Returns rates [1/s] and waves that move most, (2, 2, S): each
-    without friction, then with it.
+    modes: Modes of the tuned disk. Returns rates [1/s], waves that move most, and frequencies seen
+    from the rotor [Hz], (3, 2, S): each without friction, then with it.
     """
     found = [
         [growth(modes.at(speed), config.damping, friction, speed) for speed in speeds_hz]

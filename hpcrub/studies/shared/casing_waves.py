@@ -35,6 +35,7 @@ LAYOUT = (
         "fastest growth in permanent contact of all tips; without friction, then with it",
     ),
     Dataset("casing/growing_waves", ("friction", "stability"), "1", "its n that moves most", "i8"),
+    Dataset("casing/growing_hz", ("friction", "stability"), "Hz", "its frequency, from the rotor"),
 )  # fmt: skip
 
 
@@ -70,10 +71,11 @@ def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
     yield "casing/blades_hz", (), _blades(reduced, casing, config.speeds.to_hz)
     speeds = np.linspace(0.0, SHOWN * config.speeds.to_hz, N_SPEEDS + 1)[1:]
     modes = mistuned_modes(reduced._replace(casing=casing), np.zeros(config.disk.n_blades))
-    rates, waves = permanent_growth(config, modes, speeds)
+    rates, waves, frequencies = permanent_growth(config, modes, speeds)
     yield "casing/speed_hz", (), speeds
     yield "casing/growth_per_s", (), rates
     yield "casing/growing_waves", (), waves
+    yield "casing/growing_hz", (), frequencies
 
 
 def _blades(reduced, casing, speed_hz):
@@ -123,14 +125,18 @@ def report(file: ResultFile) -> Iterator[str]:
     yield from lines(file.config, casing, file.read("casing/interaction_hz"))
     speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
     waves, friction = file.read("casing/growing_waves"), file.config.contact.friction
+    moves = file.read("casing/growing_hz")
     for row, words in enumerate(("without friction", f"with a friction of {friction:g}")):
         grows = np.flatnonzero(rates[row] > 0.0)
         if len(grows):
-            most = grows[np.argmax(rates[row, grows])]
+            first, most = grows[0], grows[np.argmax(rates[row, grows])]
+            since = f"from {speeds[first]:.3g} Hz on" if first else "at all speeds"
             yield (
-                f"permanent contact of all tips, {words}: grows from {speeds[grows[0]]:.3g} Hz on; "
-                f"up to {speeds[-1]:.3g} Hz at most by {rates[row, most]:.3g} 1/s, at "
-                f"{speeds[most]:.3g} Hz with n = {waves[row, most]}"
+                f"permanent contact of all tips, {words}: grows {since}, first by "
+                f"{rates[row, first]:.3g} 1/s in a motion of {moves[row, first]:.3g} Hz seen from "
+                f"the rotor; up to {speeds[-1]:.3g} Hz at most by {rates[row, most]:.3g} 1/s, at "
+                f"{speeds[most]:.3g} Hz with n = {waves[row, most]}, in a motion of "
+                f"{moves[row, most]:.3g} Hz"
             )
         else:
             yield f"permanent contact of all tips, {words}: decays up to {speeds[-1]:.3g} Hz"
