@@ -100,10 +100,11 @@ def _motion(pieces, followed):
     return map(np.concatenate, zip(*parts, strict=True)), worn_depth, piece
 
 
-def _tests(followed, task, tangential, per_block):
+def _tests(followed, task, tangential):
     """Tip, correlation and change of amplitude in the steady-state test at every check."""
     tips = np.zeros(len(followed.checks), dtype=int)
     correlated, change = np.zeros((2, len(tips)))
+    per_block = len(tangential) // followed.n_blocks
     window = followed.window * per_block
     for check, block in enumerate(followed.checks):
         end = block * per_block
@@ -189,11 +190,10 @@ class TimeResponse(StudyInTime):
         followed = history.Follower(modes, scene, speed, duration)
         pieces = history.integrate(modes, scene, np.array([speed]), duration, poll=poll)
         (time, force, position, casing), worn_depth, end = _motion(pieces, followed)
-        reason, failed = end.reason[0], status.are_fatal(end.reason[0])
         tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
         window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
-        share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
-        reason = followed.doubt(reason, share)
+        touching = scene.interface.of_points(force[-window:] > 0.0)
+        reason = followed.doubt(end.reason[0], touching.mean(axis=0))
         if task == 0:  # all disks share times and contact points
             yield "time_s", (), time
             if config.disk.n_points != config.disk.n_blades:
@@ -204,7 +204,7 @@ class TimeResponse(StudyInTime):
         if config.casing.vibrates:
             yield "casing_waves", task, end.growth[0, 0]
             yield "casing_growth_per_s", task, end.growth[0, 1]
-        if failed:
+        if status.are_fatal(end.reason[0]):
             return
         wall = casing_motion.radial(modes.pairs, casing, scene.interface.angle)
         yield "radial_m", task, radial
@@ -219,8 +219,7 @@ class TimeResponse(StudyInTime):
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)
             yield from worn.of_speed(followed.wear, task)
-        seen = tangential[followed.seen]
-        yield from _tests(followed, task, seen, len(seen) // followed.n_blocks)
+        yield from _tests(followed, task, tangential[followed.seen])
         if not status.are_fatal(reason):
             yield from _judged(followed, task)
 

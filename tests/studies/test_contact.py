@@ -113,10 +113,10 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
     solve, whole_sweep = disks.mistuned_modes, sweep.run_sweep
     bad = disks.stiffness_deviation(2020, 1, 0, 12, 0.04)
 
-    def broken_solver(reduced, deviation):
+    def broken_solver(reduced, deviation, *speed):
         if how == "LinAlgError" and np.array_equal(deviation, bad):
             raise np.linalg.LinAlgError("Eigenvalues did not converge")
-        return solve(reduced, deviation)
+        return solve(reduced, deviation, *speed)
 
     def broken_sweep(modes, scene, speeds_hz, poll=None, **options):
         result = whole_sweep(modes, scene, speeds_hz, poll, **options)
@@ -180,10 +180,10 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
 
 
 def test_a_study_without_a_result_does_not_end_as_if_it_had_one(tiny, folder, capfd, monkeypatch):
-    def broken(reduced, deviation):
+    def broken(reduced, deviation, *speed):
         if deviation.max() > 1e-3:  # not the runs of the tuned disk
             raise np.linalg.LinAlgError("Eigenvalues did not converge")
-        return mistuned_modes(reduced, deviation)
+        return mistuned_modes(reduced, deviation, *speed)
 
     monkeypatch.setattr(disks, "mistuned_modes", broken)
     assert run_here(tiny) == 1
