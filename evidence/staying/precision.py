@@ -40,6 +40,7 @@ def deciles(tuned, samples):
 def measure(changes):
     """Rows (rule, label, seconds a sample, mean error of the deciles) of one place."""
     disks = [*((None, run) for run in range(N_TUNED)), *((0, n) for n in range(N_SAMPLES))]
+    changes = changes | {"mistuning.samples": N_SAMPLES}
     scenes = Scenes("quickstart", changes)
     parts = [
         follow(scenes.modes(*disk), scenes.scene(), scenes.speeds, 6.0)
