@@ -13,8 +13,9 @@ from evidence.staying import precision
 from evidence.staying.follow import follow, shares
 from evidence.staying.scenes import MISTUNED, TUNED, Scenes
 from hpcrub.contact.status import NOT_STEADY
+from hpcrub.studies.contact.amplification import AIM
 
-RUNS = 3  # of each tuned disk
+RUNS = 5  # of each tuned disk; a study has nine
 AFTER = 8.0  # time for which a tuned disk is followed on [s]
 RULES = {"not looked at": {"watches_growth": False}, "looked at": {}}
 PAPER = {"steady_state.rule": "last_window", "steady_state.max_time_s": 5}
@@ -28,7 +29,7 @@ def tuned():
         equal = follow(scenes.modes(None, -1), scenes.scene(watches_growth=False),
                        scenes.speeds, 0.5)  # fmt: skip
         parts = [
-            follow(scenes.modes(None, run), scenes.scene(), scenes.speeds, AFTER)
+            follow(scenes.modes(None, run), scenes.scene(aim=AIM), scenes.speeds, AFTER)
             for run in range(RUNS)
         ]
         best = [int(np.nanargmax(part.amplitude)) for part in parts]
