@@ -13,6 +13,7 @@ from evidence.staying import precision
 from evidence.staying.follow import follow, shares
 from evidence.staying.scenes import MISTUNED, TUNED, Scenes
 from hpcrub.contact.status import NOT_STEADY
+from hpcrub.response.sweep import run_sweep
 from hpcrub.studies.contact.amplification import AIM
 
 RUNS = 5  # of each tuned disk; a study has nine
@@ -26,8 +27,8 @@ def tuned():
     rows, unmarked = [], 0
     for (n, damping), changes in followed(list(TUNED.items()), "tuned disks", len(TUNED)):
         scenes = Scenes("quickstart", changes)
-        equal = follow(scenes.modes(None, -1), scenes.scene(watches_growth=False),
-                       scenes.speeds, 0.5)  # fmt: skip
+        kept = scenes.scene(watches_growth=False, aim=AIM)
+        equal = run_sweep(scenes.modes(None, -1), kept, scenes.speeds)
         parts = [
             follow(scenes.modes(None, run), scenes.scene(aim=AIM), scenes.speeds, AFTER)
             for run in range(RUNS)
