@@ -17,6 +17,7 @@ DECILES = tuple(range(10, 100, 10))
 PAPER = "the paper's rule: two windows alike"
 BLIND = "means of windows, growth not looked at"
 NOW = "means of windows, growth looked at"
+TICKS = 0.5, 1, 2, 5, 10, 20
 COLOURS = {PAPER: BLACK, BLIND: ORANGE, NOW: BLUE}
 EQUAL = {"mistuning.reference": "symmetric"}
 # (rule, label, changes of the input, changes of the criteria)
@@ -69,9 +70,14 @@ def draw(results, path):
             of_rule = [row[1:] for row in rows if row[0] == rule]
             labels, seconds, error = zip(*of_rule, strict=True)
             panel.plot(seconds, 100 * np.array(error), color=colour, marker="o", label=rule)
-            for label, x, y in zip(labels, seconds, error, strict=True):
-                panel.annotate(label, (x, 100 * y), (5, 4), textcoords="offset points", fontsize=9)
-        panel.set(xlabel="core seconds a sample", yscale="log")
+            up = -14 if rule == BLIND else 6
+            order = np.argsort(seconds)
+            for one, side in zip(order, ("right", "center", "left"), strict=True):
+                at, look = (seconds[one], 100 * error[one]), {"fontsize": 9, "ha": side}
+                panel.annotate(labels[one], at, (0, up), textcoords="offset points", **look)
+        panel.set(xlabel="core seconds a sample", yscale="log", yticks=TICKS, yticklabels=TICKS)
+        panel.minorticks_off()
+        panel.margins(x=0.08)
         panel.set_title(place, fontsize="medium")
     axes[0].set_ylabel("mean error of the deciles of A_nl [%]")
     axes[0].legend(fontsize="small")
