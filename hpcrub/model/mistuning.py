@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammainc, ndtr, ndtri
 
-STIFFNESS, START, INCLUSION, RUNS = range(4)  # streams of random numbers, one for each use
+STIFFNESS, START, RUNS = 0, 1, 3  # streams of random numbers, one for each use
 
 
 class Law(NamedTuple):
