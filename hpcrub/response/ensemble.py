@@ -24,7 +24,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from hpcrub.contact.status import AVERAGED, GROWING, NONE, NOT_STEADY, STEADY
-from hpcrub.response.growth import MEMORY, Growth
+from hpcrub.response.growth import MEMORY, Growth, trend
 from hpcrub.response.steady import SteadyCriteria, first_windows, is_constant, is_repeated
 
 ALIKE = 3  # windows in succession that agree in a steady motion
@@ -188,9 +188,6 @@ class Windows(Watch):
         """How far a trend of the last n amplitudes still leads away from their mean [m]."""
         if n <= ALIKE:
             return 0.0
-        amplitudes = np.array(self.sizes[-n:]).max(axis=1)
-        t = np.arange(n) - (n - 1) / 2.0
-        slope = t @ amplitudes / (t @ t)
-        rest = amplitudes - amplitudes.mean() - slope * t
-        error = math.sqrt(rest @ rest / (n - 2) / (t @ t) / self.independent)
-        return abs(slope) / self.part if abs(slope) > TREND * error else 0.0
+        slope, error = trend(np.array(self.sizes[-n:]).max(axis=1))
+        counts = abs(slope) > TREND * error / math.sqrt(self.independent)
+        return abs(slope) / self.part if counts else 0.0

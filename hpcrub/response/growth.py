@@ -106,11 +106,11 @@ class Growth:
         if len(change) < FEWEST:
             return math.nan
         with np.errstate(divide="ignore", invalid="ignore"):
-            rate, error = _trend(np.log(change))
+            rate, error = trend(np.log(change))
             grows = (rate > CERTAIN * error) & (rate * (len(change) - 1) > RISE)
             grows &= (change[-1] > FAINT * amplitude) & (change[-1] < MIXED * amplitude)
             to_go = np.log(np.maximum(SHOWS * amplitude / change[-1], 1.0)) / rate
-            slope, error = _trend(size)
+            slope, error = trend(size)
             drifts = np.abs(slope) > CERTAIN * error / math.sqrt(min(1.0, self.decayed / MEMORY))
             drifts &= np.abs(slope) > DRIFT * amplitude * self.decayed
         if drifts.any():
@@ -123,9 +123,9 @@ def _rms(motion):
     return np.sqrt(np.einsum("rcg,rcg->g", motion, motion) / len(motion))
 
 
-def _trend(values):
-    """Slope of values (n, G) from window to window, and its standard error, (G,) each."""
+def trend(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slope of values (n, ...) from window to window, and its standard error, (...) each."""
     t = np.arange(len(values)) - (len(values) - 1) / 2.0
     slope = t @ values / (t @ t)
-    rest = values - values.mean(axis=0) - slope * t[:, None]
+    rest = values - values.mean(axis=0) - np.multiply.outer(t, slope)
     return slope, np.sqrt((rest**2).sum(axis=0) / (len(t) - 2) / (t @ t))

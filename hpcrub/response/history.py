@@ -218,7 +218,7 @@ def integrate(
         piece = _piece(bank, modes, scene, grid, n_speeds, bool(status.are_fatal(reason).all()))
         for lane in np.flatnonzero(~status.are_fatal(reason)).tolist():
             reason[lane] = judge(bank, lane, piece.peak[:, lane], scene)
-            if runaways[lane].see(piece.casing[-1:, :, lane]):
+            if modes.pairs.omega.size and runaways[lane].see(piece.casing[-1:, :, lane]):
                 reason[lane] = runaways[lane].reason(speeds_hz[lane])
                 growth[lane] = runaways[lane].growth(speeds_hz[lane])
         yield piece._replace(reason=reason.copy(), growth=growth)

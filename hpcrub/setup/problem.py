@@ -26,9 +26,7 @@ from hpcrub.setup.laws import law_of
 # gain more time than their compilation takes (docs/kernel.md).
 MANY_SAMPLES = 500, 20
 ALONE = 8  # most lanes of a sweep that cannot go on with fewer at its end
-FURTHEST = (
-    3e-4  # bound of the change of stiffness from run to run of one disk (`disks.run_deviation`)
-)
+FURTHEST = 3e-4  # bound of the change of stiffness in a run of one disk (`disks.run_deviation`)
 CRITERIA = SteadyCriteria._fields[:-2]  # those that are keys
 SMALLEST = 1e-13  # of the largest eigenvalue: smaller eigenvalues have hardly a correct digit
 

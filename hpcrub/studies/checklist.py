@@ -156,8 +156,7 @@ class Checklist(Study):
             f"as asked: tuned {size[0, 0]:.4g} mm, median of {len(mistuned)} mistuned disks "
             f"{middle}; what follows is the change of all of them"
         )
-        # an earlier program made fewer changes
-        for change, (mean, error, most) in zip(CHANGES[1:], moved(size), strict=False):
+        for change, (mean, error, most) in zip(CHANGES[1:], moved(size), strict=True):
             if np.isfinite(mean):
                 yield (
                     f"{change.what + ':':<29}{100 * mean:+6.1f} ± {100 * error:.1f} %, "
@@ -171,12 +170,12 @@ class Checklist(Study):
         lost, n = np.isinf(size), size.shape[1]
         meaning = "no change of them is known"
         yield from verdict.without_result(int(np.count_nonzero(lost[0])), n, meaning)
-        for change, gone in zip(CHANGES[1:], lost[1:] & ~lost[0], strict=False):
+        for change, gone in zip(CHANGES[1:], lost[1:] & ~lost[0], strict=True):
             if gone.any():
                 words = f"{np.count_nonzero(gone)} of {n} disks have no result with {change.what}"
                 weight = USELESS if change.is_error else SINGLE
                 yield Finding(weight, words, f"{words}: {change.key}")
-        for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=False):
+        for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=True):
             if not _counts(mean, error):
                 continue
             words = f"{change.what} moves the answer by {100 * mean:+.2g} %"

@@ -198,13 +198,13 @@ def write_tuned(
     config: Config, problem: Problem, file: ResultFile, found: list[Integrated]
 ) -> None:
     """Write the results of the tuned disk; found: all its runs (`tuned_run`)."""
-    modes = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
+    alike, n = np.zeros(config.disk.n_blades), config.mistuning.tuned_runs
+    modes = mistuned_modes(problem.reduced, alike)
     every = [values_of(run, config.speeds.values_hz) for run in found]
-    runs, equal = np.split(np.array(every), [config.mistuning.tuned_runs])
-    values = dict(runs[0])
-    for of_run in equal:
-        values["symmetric_amplitude_m"] = of_run["amplitude_m"]
-        values["symmetric_peak_m"] = of_run["peak_amplitude_m"]
+    runs, values = every[:n], dict(every[0])
+    for equal in every[n:]:
+        values["symmetric_amplitude_m"] = equal["amplitude_m"]
+        values["symmetric_peak_m"] = equal["peak_amplitude_m"]
     if config.casing.vibrates:
         growths = casing_motion.permanent_growth(config, modes, config.speeds.values_hz)
         values["permanent_growth_per_s"] = growths[0]
@@ -217,7 +217,6 @@ def write_tuned(
         values[name] = np.array([run[of_run] for run in runs])
     known = finite(values["run_peaks_m"])
     values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
-    alike = np.zeros(config.disk.n_blades)
     values["linear_amplitude_m"] = linear_amplitude(config, problem, modes, alike)
     contact_file.write_tuned(file, values)
 
