@@ -158,16 +158,6 @@ def test_branches(random):
     assert "motions differ by more than 3 %" in axes.figure.legends[0].get_title().get_text()
 
 
-def test_the_casing_of_the_animation_has_the_clearance_of_its_speed():
-    """Between two bumps 0.13 mm, whatever clearance_mm says."""
-    config = Config(
-        speeds={"from_hz": 34.5, "to_hz": 34.5},
-        casing={"n_bumps": 4, "clearance_hz_mm": [[34, 0.14], [35, 0.12]]},
-    )
-    file = File(config.to_yaml())
-    assert histories._room(file, 1.0, np.pi / 4) == pytest.approx(0.13e-3)
-
-
 def test_casing():
     """Three bumps, where they are highest the tips would be 1 mm deep; the growth ends at 1."""
     config = Config(casing={"n_bumps": 3})

@@ -47,6 +47,7 @@ class Contact(Study):
     unit = "samples"
     integrates = True
     job = MonteCarlo
+    of_tasks = False
     layout = staticmethod(layout.layout)
     verdict = staticmethod(trust.lines)
     print_results = staticmethod(summary.print_results)
