@@ -4,7 +4,6 @@ import argparse
 import base64
 import contextlib
 import datetime
-import io
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -22,10 +21,9 @@ from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES
 from hpcrub.plot.families import labels
-from hpcrub.ranks.progress import say
+from hpcrub.ranks.progress import WIDTH, as_text, say
 from hpcrub.results import model_file
 from hpcrub.results.layout import PENDING
-from hpcrub.runs import verdict
 from hpcrub.studies import open_result, run_of
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
@@ -83,7 +81,9 @@ def _facts(path):
         n_done = int(np.count_nonzero(status != PENDING))
         if not n_done:
             raise InputError(f"{path} holds no result yet; run its input with --resume")
-        lines = study.verdict(file)
+        verdict = study.verdict(file)
+        headline = next(iter(study.report(file)), "")
+        answer = study.answer(file, verdict.usable, WIDTH)
         complete = n_done == status.size or study.is_enough(file)
         of = counted(status.size, study.unit.rstrip("s"))
         attributes, apart = sorted(file.attributes.items()), ("config", "warnings")
@@ -92,13 +92,13 @@ def _facts(path):
             "name": Path(path).name,
             "study": study.name,
             "what": study.what,
-            "verdict": partly + lines[0],
-            "usable": complete and verdict.is_usable(lines),
-            "headline": next(iter(study.report(file)), "").removesuffix(f"; {lines[0]}"),
+            "verdict": partly + verdict.words,
+            "usable": complete and verdict.usable,
+            "headline": headline.removesuffix(f"; {verdict.words}"),
             "asked": list(_asked(config)),
-            "answer": _answer(file, study),
+            "answer": as_text(item for item in answer if item != headline),
             "figures": list(_figures([path])),
-            "checks": list(dict.fromkeys([*lines[1:], *file.warnings])),
+            "checks": list(dict.fromkeys([*verdict.lines[1:], *file.warnings])),
             "left_out": list(_left_out(config)),
             "provenance": [
                 ("file", str(Path(path).resolve())),
@@ -135,17 +135,6 @@ def _left_out(config):
         (True, "Every speed begins at rest: the time of a run-up, heat and growth in time are not "
          "followed."),
     )  # fmt: skip
-
-
-def _answer(file, study):
-    """Return what the program prints when a study ends, without the verdict."""
-    if study.name != "contact":
-        return "\n".join(list(study.report(file))[1:])
-    text = io.StringIO()
-    with contextlib.redirect_stdout(text):
-        study.print_results(file)
-    lines = text.getvalue().splitlines()
-    return "\n".join(line for line in lines if not line.startswith(("Verdict: ", "- ")))
 
 
 def _asked(config: Config) -> Iterator[dict[str, str]]:

@@ -12,7 +12,7 @@ from hpcrub.plot.responses import SPEED, draw_all
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, edges, shades
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import findings
 from hpcrub.studies.shared.casing_motion import PERMANENT
 from hpcrub.studies.shared.casing_waves import SHOWN
 
@@ -94,7 +94,7 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     _draw_runaway(grows, file)
     for panel in (tips, motion, share, grows):
         panel.set(xlabel=SPEED)
-    canvas.note(*trust.short(file))
+    canvas.note(*findings.short(file))
 
 
 def _write_waves(axes: Axes, file: ResultFile) -> None:

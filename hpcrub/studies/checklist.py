@@ -17,10 +17,10 @@ from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
 from hpcrub.results.layout import PEAK_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import peaks_of
@@ -169,23 +169,23 @@ class Checklist(Study):
         size = file.read("peak_amplitude_m")
         lost, n = np.isinf(size), size.shape[1]
         meaning = "no change of them is known"
-        yield from verdict.without_result(int(np.count_nonzero(lost[0])), n, meaning)
+        yield from findings.without_result(int(np.count_nonzero(lost[0])), n, meaning)
         for change, gone in zip(CHANGES[1:], lost[1:] & ~lost[0], strict=True):
             if gone.any():
                 words = f"{np.count_nonzero(gone)} of {n} disks have no result with {change.what}"
-                weight = USELESS if change.is_error else SINGLE
-                yield Finding(weight, words, f"{words}: {change.key}")
+                severity = USELESS if change.is_error else SINGLE
+                yield Finding(severity, words, f"{words}: {change.key}")
         for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=True):
             if not _counts(mean, error):
                 continue
             words = f"{change.what} moves the answer by {100 * mean:+.2g} %"
             if change.is_error:
-                weight = USELESS if abs(mean) > LARGE else SINGLE
-                yield Finding(weight, words, f"{words}: {change.key}")
+                severity = USELESS if abs(mean) > LARGE else SINGLE
+                yield Finding(severity, words, f"{words}: {change.key}")
             else:
                 yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
-        yield from verdict.unsettled_peaks(file.config, file.read("peak_status"))
-        yield from verdict.kinematics(file.config, size[0][~lost[0]])
+        yield from findings.unsettled_peaks(file.config, file.read("peak_status"))
+        yield from findings.kinematics(file.config, size[0][~lost[0]])
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:

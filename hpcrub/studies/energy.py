@@ -12,18 +12,18 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import DIVERGED
+from hpcrub.contact.status import DIVERGED, POINT_REASON, POINT_STATUS
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import Modes, blade_stiffness
 from hpcrub.response import history
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, SPEEDS, Dataset
+from hpcrub.results.layout import DONE, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of, run_deviation
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import finite
@@ -216,7 +216,7 @@ class Energy(StudyInTime):
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all
         peaks = energy.max(axis=2)
-        yield from verdict.of_points(file.config, peaks, states, reasons, self.time_key)
+        yield from findings.of_points(file.config, peaks, states, reasons, self.time_key)
 
 
 STUDY = Energy()

@@ -7,10 +7,10 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, POINT_REASON, POINT_STATUS, STEADY
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
+from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.setup.disks import disks

@@ -18,10 +18,10 @@ from hpcrub.model.imported import cyclic
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import Finding
 from hpcrub.setup.aero import in_air
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
@@ -192,7 +192,7 @@ class Linear(Study):
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Flutter, percentiles that need more samples; no grid of speeds could miss a peak."""
         yield from air.findings(file)
-        yield from verdict.few(file.config.convergence.percentiles, file.config.mistuning.samples)
+        yield from findings.few(file.config.convergence.percentiles, file.config.mistuning.samples)
 
 
 STUDY = Linear()

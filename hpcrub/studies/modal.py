@@ -15,8 +15,8 @@ from hpcrub.model.imported.frames import to_cartesian
 from hpcrub.model.imported.neutral import contact_rows, stiffness_at
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import REMARK, USELESS, Finding
 from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import REMARK, USELESS, Finding
 from hpcrub.setup import imported
 from hpcrub.setup.problem import Model, build_model
 from hpcrub.studies.shared import air, casing_waves

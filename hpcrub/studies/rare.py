@@ -9,10 +9,10 @@ from hpcrub.config.schema import Config
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Poll, Study, Values
-from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
@@ -156,12 +156,12 @@ class Rare(Study):
             )  # fmt: skip
         size = file.read("peak_amplitude_m")[computed]
         lost = int(np.count_nonzero(~np.isfinite(size)))
-        yield from verdict.without_result(lost, len(size), verdict.BEYOND)
-        yield from verdict.unsettled_peaks(config, file.read("peak_status")[computed])
+        yield from findings.without_result(lost, len(size), findings.BEYOND)
+        yield from findings.unsettled_peaks(config, file.read("peak_status")[computed])
         if speeds.n_values > 1:
             at = file.read("peak_speed_hz")[computed][size > 0.0]
-            yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
-        yield from verdict.kinematics(config, size)
+            yield from findings.of_peaks(config, np.searchsorted(speeds.values_hz, at))
+        yield from findings.kinematics(config, size)
 
 
 def numbers(config: Config) -> np.ndarray:

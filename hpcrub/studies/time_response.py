@@ -7,17 +7,17 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import AVERAGED, DIVERGED, STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, POINT_REASON, POINT_STATUS, STEADY
 from hpcrub.model.casing import ramp
 from hpcrub.response import casing_motion, history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import correlation
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Finding
+from hpcrub.runs import findings
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import disks
 from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
@@ -262,8 +262,8 @@ class TimeResponse(StudyInTime):
         moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
         states, reasons = file.read("point_status"), file.read("point_reason")
         of_disks = moved[:, None], states[:, None], reasons[:, None]
-        yield from verdict.of_points(file.config, *of_disks, self.time_key)
-        yield from verdict.kinematics(file.config, moved)
+        yield from findings.of_points(file.config, *of_disks, self.time_key)
+        yield from findings.kinematics(file.config, moved)
 
 
 STUDY = TimeResponse()

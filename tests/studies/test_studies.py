@@ -7,6 +7,7 @@ several initial states: the sweep from rest, whole histories that go on, a sweep
 """
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -326,7 +327,7 @@ def test_every_speed_follows_the_one_before(monkeypatch, downwards):
     first = [-1.0, -2.0, -3.0, -4.0]
     given = Motion(*(np.full((5, 3), value) for value in first))
     speeds = np.linspace(30.0, 34.0, 5)
-    result = branches.follow(None, None, speeds, given, downwards, None)
+    result = branches.follow(None, SimpleNamespace(n_strips=0), speeds, given, downwards, None)
     order, step = ([4, 3, 2, 1, 0], 1) if downwards else ([0, 1, 2, 3, 4], -1)
     assert list(begun) == order
     for i in order:

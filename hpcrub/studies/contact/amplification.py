@@ -1,5 +1,6 @@
 """Results of one disk in a contact study, and the tuned disk as reference of all others."""
 
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
@@ -19,8 +20,7 @@ from hpcrub.setup.disks import modes_of, run_deviation
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import layout
-from hpcrub.studies.shared import casing_motion, worn
+from hpcrub.studies.shared import casing_motion
 
 DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
 AIM = 1.0 / 3.0  # of max_error: error of an average of the tuned disk, which all others share
@@ -125,8 +125,7 @@ def values_of(found: Integrated, speeds_hz: np.ndarray) -> dict[str, Any]:
     """
     result, half_step = found.result, found.half_step
     assert result is not None  # it has not failed
-    values = dict(zip(layout.POINT, result, strict=False)) | worn.values(result.wear)
-    values |= dict(zip(casing_motion.NUMBERS, result.casing, strict=True))
+    values: dict[str, Any] = result.by_name()
     values["peak_amplitude_m"], values["peak_speed_hz"] = peak(result, speeds_hz)
     values["peak_stress_pa"] = peak_stress(result)
     values["deepest_m"], values["deepest_speed_hz"] = _largest(result.wear.depth, speeds_hz)
@@ -173,10 +172,10 @@ def _joined(parts):
     """Join {p: SweepResult} of n parts to one; None where the parts are None."""
     if parts[0] is None:
         return None
-    whole = SweepResult.empty(*parts[0].wear.around.shape[:2])
+    whole = SweepResult.empty(*parts[0].wear.around.shape[:2], parts[0].observed)
     for first, part in parts.items():
         whole.take(slice(first, None, len(parts)), part)
-    return whole._replace(n_steps=sum(part.n_steps for part in parts.values()))
+    return replace(whole, n_steps=sum(part.n_steps for part in parts.values()))
 
 
 def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:

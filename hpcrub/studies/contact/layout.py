@@ -6,9 +6,12 @@ Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K
 from typing import NamedTuple
 
 from hpcrub.config.schema import Config
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
-from hpcrub.runs.study import ANGLE
-from hpcrub.studies.shared import casing_motion, in_group, worn
+from hpcrub.response.casing_motion import CasingMotion
+from hpcrub.response.quantities import Quantity
+from hpcrub.response.sweep import SweepResult
+from hpcrub.results.layout import ANGLE, SPEEDS, Dataset, datasets
+from hpcrub.results.verdict import MOST_ADVICE, SEVERITIES
+from hpcrub.studies.shared import casing_motion, worn
 
 
 class Kind(NamedTuple):
@@ -40,41 +43,25 @@ _EQUAL = "of a tuned disk of equal blades, whose motion may not stay"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
 _DEEPEST = "the runs of the tuned disk"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
-# numbers of every point: {name: (units, description, type)}, in the order of `SweepResult`
-POINT = {
-    "amplitude_m": ("m",
-        "largest tangential displacement of any tip over the last revolutions; rule ensemble: its "
-        "mean over several windows"),
-    "amplitude_error_m": ("m",
-        "standard error of amplitude_m by the scatter of its windows; NaN: not known"),
-    "amplitude_scatter_m": ("m", "standard deviation of the windows' amplitudes; NaN: not known"),
-    "half_peak_to_peak_m": ("m",
-        "half of peak to peak, the largest of any tip in the last window, without its offset"),
-    "stress_pa": ("Pa", "largest stress of any blade in the last window; on a coating of any time"),
-    "time_s": ("s", "simulated time until steady or given up"),
-    "growth_shows_s": ("s",
-        "time at which a wave that still grows at the end will show, so that the motion becomes "
-        "another one; NaN: none grows"),
-    "localisation": ("1", "localisation factor of the blade-tip amplitudes"),
-    "point_status": ("1", POINT_STATUS, "u1"),
-    "point_reason": ("1", POINT_REASON, "u1"),
-    "max_sweeps": ("1", "most sweeps of the contact force solver in one step; 0: no contact", "u1"),
-}  # fmt: skip
 # effect of half the time step on the disks that are checked
-_HALF_STEP = {
-    "half_step_peak_m": ("m",
+_HALF_STEP = (
+    Quantity(
+        "half_step_peak_m", "m",
         "largest amplitude over the speeds with half the time step; NaN: not checked"),
-    "half_step_differs": ("1",
+    Quantity(
+        "half_step_differs", "1",
         "share of the speeds at which half the step changes the amplitude by over 10 %"),
-}  # fmt: skip
-_OF_POINTS = POINT | casing_motion.NUMBERS | worn.NUMBERS
+)  # fmt: skip
+_CASING = CasingMotion.declared().values()
+# quantities of every point
+_POINT = (*SweepResult.declared().values(), *_CASING, *worn.NUMBERS)
 # The last dataset of a group marks it as complete: `linear_amplitude_m`, and `status` of samples.
 LAYOUT = (
     SPEEDS,
     Dataset("half_range", _V, "1", "mistuning levels: largest deviation of a blade's stiffness"),
     Dataset("sigma", _V, "1", "mistuning levels: standard deviation of a blade's stiffness"),
     Dataset("tuned/frequencies_hz", ("mode",), "Hz", "frequencies of the tuned reduced model"),
-    *in_group("tuned", _S, _OF_POINTS),
+    *datasets("tuned", _S, _POINT),
     casing_motion.PERMANENT,
     Dataset("tuned/run_amplitude_m", ("run", "speed"), "m", f"{_RUNS} at every speed"),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
@@ -82,19 +69,19 @@ LAYOUT = (
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     Dataset("tuned/symmetric_amplitude_m", _S, "m", f"amplitude {_EQUAL}"),
     Dataset("tuned/symmetric_peak_m", (), "m", f"largest amplitude over the speeds {_EQUAL}"),
-    *in_group("tuned", (), _HALF_STEP),
+    *datasets("tuned", (), _HALF_STEP),
     Dataset("tuned/peak_stress_pa", (), "Pa", "largest stress over the speeds"),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     Dataset("tuned/run_deepest_m", ("run",), "m", f"largest worn depth of any speed: {_DEEPEST}"),
-    worn.around("tuned", _S),
+    *datasets("tuned", (*_S, "strip", "angle"), [worn.AROUND]),
     ANGLE,
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
-    *in_group("samples", _VNS, _OF_POINTS),
+    *datasets("samples", _VNS, _POINT),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
     Dataset("samples/peak_stress_pa", _VN, "Pa", "largest stress over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
-    *in_group("samples", _VN, _HALF_STEP),
+    *datasets("samples", _VN, _HALF_STEP),
     Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
     Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
     Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
@@ -102,6 +89,7 @@ LAYOUT = (
     Dataset("samples/deepest_speed_hz", _VN, "Hz", "speed of the largest worn depth"),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
     Dataset("trust", ("line",), "1", "the verdict, and what to do about it", "S400"),
+    Dataset("trust_severity", ("line",), "1", f"severity of these lines: {SEVERITIES}", "u1"),
     Dataset(SAMPLES_SEEN, ("block",), "1", "samples seen", "i8"),
     *(
         Dataset(kind.dataset(name), ("level", "percentile", "block"), kind.units, text)
@@ -120,9 +108,21 @@ AMPLITUDES = {  # with their names in the glossary
     "amplitude_m": "steady amplitude",
     "largest_amplitude_m": "largest amplitude at any time",
 }
+
+
+def _names(quantities):
+    return [of.name for of in quantities]
+
+
 _SYMMETRIC = "symmetric_amplitude_m", "symmetric_peak_m"
-MOST_LINES = 6  # most lines of the verdict
-_OF_COATING = {*worn.NAMES, ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
+MOST_LINES = 1 + MOST_ADVICE  # most lines of the verdict
+_OF_COATING = {
+    *_names(worn.QUANTITIES),
+    ANGLE.name,
+    "run_deepest_m",
+    "deepest_m",
+    "deepest_speed_hz",
+}
 _OF_COATING |= {kind.name for kind in KINDS[3:]}
 
 
@@ -131,9 +131,9 @@ def layout(config: Config) -> tuple[Dataset, ...]:
     left_out = set[str]().union(
         () if config.contact.wears else _OF_COATING,
         () if config.observes_stress else ("stress_pa", "peak_stress_pa", "stress"),
-        () if config.mistuning.checked_samples else _HALF_STEP,
+        () if config.mistuning.checked_samples else _names(_HALF_STEP),
         () if config.mistuning.reference == "staying" else _SYMMETRIC,
-        () if config.casing.vibrates else (*casing_motion.NUMBERS, "permanent_growth_per_s"),
+        () if config.casing.vibrates else (*_names(_CASING), "permanent_growth_per_s"),
     )
     return tuple(line for line in LAYOUT if left_out.isdisjoint(line.name.split("/")))
 

@@ -24,7 +24,7 @@ from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics import percentiles
 from hpcrub.studies.contact import amplification as disk
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import findings
 from hpcrub.studies.contact.layout import kinds
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
 
@@ -289,7 +289,7 @@ class MonteCarlo(Job):
             for level, running in enumerate(self._running(numbers, n)):
                 contact_file.write_statistics(self.file, kind, level, running)
         if self.reference and self.reference.usable:
-            contact_file.write_trust(self.file, trust.lines(self.file))
+            contact_file.write_verdict(self.file, findings.verdict(self.file))
 
 
 def _words(error):

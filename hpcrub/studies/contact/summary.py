@@ -8,46 +8,42 @@ from rich.table import Table
 from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.ranks import progress
-from hpcrub.ranks.progress import WIDTH, console, print_line
+from hpcrub.ranks.progress import WIDTH, console
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
 from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
-from hpcrub.studies.contact import limits, measured, survey, trust
+from hpcrub.studies.contact import limits, measured, survey
 from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, amplitude
 from hpcrub.studies.shared import casing_motion
 
 
-def print_results(file: ResultFile) -> None:
-    """Print the verdict, tables and lines about the finished samples; there must be some."""
-    out, counts = console(), survey.survey(file)
-    lines = trust.lines(file, counts)
-    for line in verdict.in_words(lines):
-        print_line(line)
+def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
+    """Tables and lines about the finished samples, of which there must be some.
+
+    usable: whether the verdict calls percentiles usable; width: of the tables, in letters.
+    """
+    counts = survey.survey(file)
     if file.config.pattern_deviation is not None:
-        out.print(pattern_table(file))
+        yield pattern_table(file)
     elif measured.are_few(file):
-        out.print(measured.table(file))
+        yield measured.table(file)
     else:
-        table = level_table(file, counts)
-        fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= out.width
-        out.print(table if fits else level_table(file, counts, narrow=True))
+        out, table = console(), level_table(file, counts)
+        fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= width
+        yield table if fits else level_table(file, counts, narrow=True)
         if len(file.config.samples) > 1:
-            out.print(interval_table(file))
+            yield interval_table(file)
             if "samples/deepest_m" in file:
-                out.print(interval_table(file, of_coating=True))
+                yield interval_table(file, of_coating=True)
             if file.config.observes_stress:
-                out.print(stress_table(file))
-    print_line(tuned_line(file))
-    for line in (
-        *limits.largest_line(file, counts),
-        *limits.engines_lines(file, verdict.is_usable(lines)),
-        *limits.depth_lines(file),
-        *casing_motion.lines(file, survey.n_counted(file)),
-        *limits.limit_lines(file, verdict.is_usable(lines)),
-        *point_lines(counts),
-    ):
-        print_line(line)
+                yield stress_table(file)
+    yield tuned_line(file)
+    yield from limits.largest_line(file, counts)
+    yield from limits.engines_lines(file, usable)
+    yield from limits.depth_lines(file)
+    yield from casing_motion.lines(file, survey.n_counted(file))
+    yield from limits.limit_lines(file, usable)
+    yield from point_lines(counts)
 
 
 def tuned_line(file: ResultFile) -> str:

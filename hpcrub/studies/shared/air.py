@@ -10,8 +10,8 @@ from hpcrub.model.aero import Air, Waves, largest_amplification
 from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
 from hpcrub.runs.study import Values
-from hpcrub.runs.verdict import FEW, SINGLE, USELESS, Finding
 from hpcrub.setup.aero import curve_of
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
@@ -162,7 +162,7 @@ def findings(file: ResultFile) -> Iterator[Finding]:
         levels, n = file.config.mistuning.half_range_percent, [*map(len, ratios)]
         at = ", ".join(f"{lost[v]} of {n[v]} at ±{level:g} %" for v, level in enumerate(levels))
         yield Finding(
-            USELESS if any(lost[v] > FEW * n[v] for v in range(len(n))) else SINGLE,
+            USELESS if any(lost[v] > MOST_LOST * n[v] for v in range(len(n))) else SINGLE,
             "disks flutter",
             f"disks flutter without contact and are missing in the percentiles: {at}: aero, or "
             "more mistuning",

@@ -11,13 +11,6 @@ from hpcrub.response.casing_stability import growth
 from hpcrub.results.layout import DONE, Dataset
 from hpcrub.results.storage import ResultFile
 
-# numbers of every speed: {name: (units, description)}, in the order of `CasingMotion`
-NUMBERS = {
-    "casing_motion_m": ("m", "largest radial motion of the casing, angle and time, last window"),
-    "casing_waves": ("1", "waves around the casing that move most, or that run away"),
-    "casing_energy_share": ("1", "energy of the casing over that of disk and casing, at the end"),
-    "casing_growth_per_s": ("1/s", "rate at which a casing runs away; NaN: it does not"),
-}
 PERMANENT = Dataset(
     "tuned/permanent_growth_per_s", ("friction", "speed"), "1/s",
     "fastest growth of the linear disk and casing with all tips in permanent contact, without "

@@ -7,45 +7,28 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.response.wear import ENDED, Wear
-from hpcrub.results.layout import Dataset
+from hpcrub.results.layout import ANGLE, Dataset, datasets
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.study import ANGLE, Values
-from hpcrub.studies.shared import in_group
+from hpcrub.runs.study import Values
 
-# numbers of every speed: {name: (units, description)}, in the order of `Wear`
-NUMBERS = {
-    "largest_amplitude_m": ("m", "largest tangential displacement of any tip at any time"),
-    "largest_amplitude_time_s": ("s", "when it was that large, to a pitch of the casing"),
-    "worn_depth_m": ("m", "largest worn depth of the coating in the end"),
-    "worn_growth_m": ("m", "largest growth of a worn depth in the last ten revolutions or so"),
-    "worn_volume_m3": ("m3", "volume of coating worn away: depth by arc by width of its strip"),
-    "wear_energy_j": ("J", "energy that has gone into the wear of this volume"),
-    "lobes": ("1", "lobes of the worn depth beyond what blades at rest cut; 0: none"),
-}
-NAMES = (*NUMBERS, "worn_m")
-_AROUND = "largest worn depth within an angle of the casing, of each strip"
+QUANTITIES = tuple(Wear.declared().values())
+*NUMBERS, AROUND = QUANTITIES  # the last is over strip and angle, too
 
 
-def around(group: str, dimensions: tuple[str, ...]) -> Dataset:
-    """Dataset of the worn depths of every speed, over strip and angle."""
-    return Dataset(f"{group}/worn_m", (*dimensions, "strip", "angle"), "m", _AROUND)
+def datasets_of(group: str, dimensions: tuple[str, ...]) -> tuple[Dataset, ...]:
+    """All datasets of the coating in a group."""
+    around = datasets(group, (*dimensions, "strip", "angle"), [AROUND])
+    return (*datasets(group, dimensions, NUMBERS), *around, ANGLE)
 
 
 def layout(config: Config, dimensions: tuple[str, ...]) -> tuple[Dataset, ...]:
     """All datasets of the coating, in the group `wear`; none without a coating."""
-    if not config.contact.wears:
-        return ()
-    return (*in_group("wear", dimensions, NUMBERS), around("wear", dimensions), ANGLE)
-
-
-def values(wear: Wear) -> dict[str, np.ndarray]:
-    """Wear at some speeds: {name of the dataset in its group: array}."""
-    return dict(zip(NAMES, wear, strict=True))
+    return datasets_of("wear", dimensions) if config.contact.wears else ()
 
 
 def of_speed(wear: Wear, where: Any) -> Iterator[Values]:
     """Wear at one speed for the datasets of `layout`; where: place of the speed in them."""
-    return ((f"wear/{name}", where, array[0]) for name, array in values(wear).items())
+    return ((f"wear/{name}", where, array[0]) for name, array in wear.by_name().items())
 
 
 def report(file: ResultFile, disk: int) -> Iterator[str]:
@@ -55,7 +38,7 @@ def report(file: ResultFile, disk: int) -> Iterator[str]:
     """
     if "wear/worn_depth_m" not in file:
         return
-    numbers = {name: np.atleast_1d(file.read(f"wear/{name}", disk)) for name in NUMBERS}
+    numbers = {n.name: np.atleast_1d(file.read(f"wear/{n.name}", disk)) for n in NUMBERS}
     depth, growth = numbers["worn_depth_m"], numbers["worn_growth_m"]
     if not np.isfinite(depth).any():
         return

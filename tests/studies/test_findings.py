@@ -11,17 +11,11 @@ from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
 from hpcrub.results.layout import DONE, FAILED
-from hpcrub.runs.verdict import (
-    MOST,
-    REMARK,
-    SINGLE,
+from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS, Finding, Verdict
+from hpcrub.runs.findings import (
     TIME_KEY,
-    USELESS,
-    Finding,
-    block,
     casing,
     few,
-    is_usable,
     kinematics,
     lost,
     not_resolved,
@@ -35,7 +29,7 @@ from hpcrub.statistics.percentiles import (
 )
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import limits, summary, trust
+from hpcrub.studies.contact import findings, limits, summary
 from hpcrub.studies.contact.layout import KINDS
 from hpcrub.studies.contact.survey import shared_uncertainty, survey
 from tests.plot.stored import PATTERN, PHYSICS, File
@@ -76,10 +70,11 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
     assert found.points.sum() == 12
     assert found.error == pytest.approx(0.05)
     assert found.largest == pytest.approx(0.05)
-    verdict, *advice = trust.lines(file, found)
+    whole = findings.verdict(file, found)
+    verdict, *advice = whole.lines
     assert verdict.startswith("not usable: ")
-    assert not is_usable([verdict])
-    assert len(advice) == MOST
+    assert not whole.usable
+    assert len(advice) == MOST_ADVICE
     text = "\n".join(advice)
     for why, what in (
         ("1 of 4 peaks have not settled", "steady_state.max_time_s above 0.5"),
@@ -97,8 +92,8 @@ def test_a_tuned_peak_at_the_last_speed_is_marked_where_the_steps_do_not_reach_t
     found = SimpleNamespace(config=config, read=file.read)
     assert config.speeds.values_hz[-1] == file.read("tuned/peak_speed_hz") < config.speeds.to_hz
     edge = "tuned peak at the edge of the speeds"
-    assert edge in str(list(trust._speeds(found, counts)))
-    assert edge not in str(list(trust._speeds(file, counts)))
+    assert edge in str(list(findings._speeds(found, counts)))
+    assert edge not in str(list(findings._speeds(file, counts)))
 
 
 def test_disks_that_do_not_touch_have_no_peak_at_an_end(file):
@@ -134,7 +129,7 @@ def test_tuned_runs_too_few_for_an_interval_of_their_median_are_told(file):
     for n, told in ((5, True), (6, False)):
         values = {"tuned/run_peaks_m": RUNS[:n], "tuned/reference_amplitude_m": 0.03}
         fake = type("Fake", (dict,), {"config": file.config, "read": dict.get})(values)
-        assert ("few tuned runs" in str(list(trust._reference(fake)))) == told
+        assert ("few tuned runs" in str(list(findings._reference(fake)))) == told
 
 
 def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
@@ -157,15 +152,16 @@ def test_what_was_not_resolved_is_no_single_number():
 
 def test_a_verdict_is_that_of_its_weightiest_finding():
     remark, single, useless = (
-        Finding(weight, f"why {weight}", f"do {weight}") for weight in (REMARK, SINGLE, USELESS)
+        Finding(severity, f"why {severity}", f"do {severity}")
+        for severity in (REMARK, SINGLE, USELESS)
     )
-    assert block([]) == ["usable"]
-    assert block([remark]) == ["usable", "do 0"]
+    assert Verdict.of([]).lines == ["usable"]
+    assert Verdict.of([remark]).lines == ["usable", "do 0"]
     of_many = "percentiles usable, single values not: why 1"
-    assert block([remark, single], of_many=True) == [of_many, "do 1", "do 0"]
-    assert block([single]) == ["usable with care: why 1", "do 1"]
-    assert block([single, useless, useless])[0] == "not usable: why 2"
-    assert len(block([remark] * 9)) == 1 + MOST
+    assert Verdict.of([remark, single], of_many=True).lines == [of_many, "do 1", "do 0"]
+    assert Verdict.of([single]).lines == ["usable with care: why 1", "do 1"]
+    assert Verdict.of([single, useless, useless]).words == "not usable: why 2"
+    assert len(Verdict.of([remark] * 9).lines) == 1 + MOST_ADVICE
 
 
 def test_a_casing_that_vibrates_must_be_known():
@@ -191,7 +187,7 @@ def test_motions_outside_small_displacements_are_no_result(millimetres, weight):
     shorter by 0.6 u²/l, so that not even the sign of the sum is that of u²/2R.
     """
     found = list(kinematics(Config(), millimetres / 1e3))
-    assert [finding.weight for finding in found] == ([] if weight is None else [weight])
+    assert [finding.severity for finding in found] == ([] if weight is None else [weight])
     if weight == SINGLE:
         assert "outwards by u²/2R = 4.9 mm" in found[0].advice
         assert "shorter, by about as much; the sum is not known" in found[0].advice
@@ -209,9 +205,9 @@ def test_half_the_step_is_said_beside_the_step(file):
             own = {"peak_amplitude_m": 0.02, "half_step_peak_m": 0.02, "status": DONE}
             contact_file.write_tuned(found, tuned)
             contact_file.write_sample(found, 1, 0, own)
-            np.testing.assert_allclose(trust.half_step_moves(found), [change, 0.0], atol=1e-12)
-            (line,) = (f for f in trust._half_step(found))
-        weights.append(line.weight)
+            np.testing.assert_allclose(findings.half_step_moves(found), [change, 0.0], atol=1e-12)
+            (line,) = (f for f in findings._half_step(found))
+        weights.append(line.severity)
         low, high = sorted((100 * change, 0.0))
         assert f"1 sample by {low:+.1f} to {high:+.1f} %" in line.advice
     assert weights == [REMARK, SINGLE, USELESS]
@@ -244,8 +240,8 @@ def test_the_default_step_holds_and_one_that_does_not_is_marked(tmp_path, keys, 
     assert run_here(tmp_path / "a.yaml") == 0
     with open_result(config.output) as found:
         error = found.read("tuned/peak_amplitude_m") / truth - 1.0
-        moved = trust.half_step_moves(found)[0]
-        said = f"{contact_file.read_trust(found)[0]} {found.attributes.get('warnings', '')}"
+        moved = findings.half_step_moves(found)[0]
+        said = f"{contact_file.read_verdict(found).words} {found.attributes.get('warnings', '')}"
     assert (abs(error) < 0.01) == (abs(moved) < 0.01) == holds
     marked = "half the step moves peaks" in said or "a blade springs back from" in said
     assert marked == (not holds)
@@ -439,7 +435,7 @@ def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
     assert f"2 of 2 disks cut through the coating, a share of {100 * low:.0f} to 100 %" in line
     runs = coated.read("tuned/run_deepest_m")
     through = np.count_nonzero(np.append(runs, depths) >= depths[1].min())
-    assert f"{through} of 13 disks cut through the coating" in trust.lines(coated)[0]
+    assert f"{through} of 13 disks cut through the coating" in findings.verdict(coated).words
 
 
 def test_what_is_said_is_of_the_largest_amplitude_of_any_time(coated):
@@ -447,7 +443,7 @@ def test_what_is_said_is_of_the_largest_amplitude_of_any_time(coated):
     found = survey(coated)
     assert found.largest == coated.read("samples/peak_amplitude_m").max()
     left = found.peaks[NOT_STEADY] - found.growing
-    verdict, *advice = trust.lines(coated)
+    verdict, *advice = findings.verdict(coated).lines
     assert f"{left} of 4 peaks have not settled" in verdict
     assert any(f"{left} of 4 peaks" in line and "may cut deeper" in line for line in advice)
     assert not any("means" in line for line in advice)
