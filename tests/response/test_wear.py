@@ -17,7 +17,7 @@ from hpcrub.response.history import Follower, integrate
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.setup.problem import coating_of
-from tests.contact.test_coating import KINDS, rubbing
+from tests.contact.laws.test_coating import KINDS, rubbing
 from tests.program import at_speed
 
 COATING = Coating(5e-3, 1e9, 15e6, 2e8, 1.4e-3, 0.1)
