@@ -13,7 +13,7 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from hpcrub import __version__
+from hpcrub import __version__, effects
 from hpcrub.commands.plot import of_study
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted, flatten, key_table, lines_of, show
@@ -99,7 +99,7 @@ def _facts(path):
             "answer": as_text(item for item in answer if item != headline),
             "figures": list(_figures([path])),
             "checks": list(dict.fromkeys([*verdict.lines[1:], *file.warnings])),
-            "left_out": list(_left_out(config)),
+            "omitted": list(_omitted_effects(config)),
             "provenance": [
                 ("file", str(Path(path).resolve())),
                 ("SHA-256", model_file.checksum(path)),
@@ -108,20 +108,15 @@ def _facts(path):
         }
 
 
-def _left_out(config):
-    """Return sentences on effects that the model leaves out, unless a key switches them on."""
+def _omitted_effects(config):
+    """Yield sentences on effects that the model leaves out, unless a key switches them on."""
     contact, limits = config.contact, config.limits
     slope = config.casing.outline.slope / config.disk.tip_radius
-    return lines_of(
-        (not config.casing.vibrates,
-         "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as "
-         "the disk, both ways."),
-        (not config.aero.exists,
-         "Air couples no blades; its damping is in one ratio for all waves (aero)."),
-        (contact.law == "rigid", "The casing is hard: it neither gives nor wears (contact.law)."),
+    omitted = (effect.omitted(config) for effect in effects.EFFECTS if not effect.exists(config))
+    yield from (line for line in omitted if line)
+    yield from lines_of(
         (config.casing.clearance_hz_mm is None,
          "The clearance is the same at all speeds (casing.clearance_hz_mm)."),
-        (limits.stress_mpa is None, "No stress is looked at (limits.stress_mpa)."),
         (limits.stress_mpa is not None and limits.strength_mpa is None,
          "The stress of rotation is not in the limit (limits.static_mpa)."),
         (config.disk.model is None,

@@ -6,6 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
+from hpcrub.effects.casing_motion import PERMANENT
+from hpcrub.effects.casing_waves import SHOWN
 from hpcrub.model.crossings import KINDS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_all
@@ -13,8 +15,6 @@ from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, edges, shades
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import findings
-from hpcrub.studies.shared.casing_motion import PERMANENT
-from hpcrub.studies.shared.casing_waves import SHOWN
 
 
 @figure("modal", what="waves of the casing and blades over the speed", needs="waves")

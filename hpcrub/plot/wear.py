@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from hpcrub.config.text import counted
+from hpcrub.effects.coating import REACHED, depth_of_all
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
@@ -16,7 +17,6 @@ from hpcrub.plot.style import BLACK, BLUE, ORANGE, PINK, edges, marker, polar, s
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import with_interval
 from hpcrub.studies.contact import findings
-from hpcrub.studies.contact.limits import REACHED, depth_of_all
 
 DEPTH = "worn depth [mm]"
 INNER, GROOVE = 0.55, 0.4  # radius of the new coating and largest depth in the round drawing

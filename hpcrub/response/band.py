@@ -8,6 +8,7 @@ whose speed has reached its steady state takes the next waiting speed at the nex
 
 import math
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -70,6 +71,9 @@ class SpeedEnd(NamedTuple):
     last: np.ndarray  # observed displacements of the records of the last window (R, O) [m]
 
 
+Observers = Mapping[str, Callable[[SpeedEnd], float]]  # {name of a quantity: its function}
+
+
 class Course:
     """Integration of one speed in a lane: its start, its next check and its rule."""
 
@@ -128,10 +132,10 @@ class Band:
         speeds_hz: np.ndarray,
         width: int,
         motion: Any = None,
-        observers: Mapping[str, Callable[[SpeedEnd], float]] | None = None,
+        observers: Observers = MappingProxyType({}),
     ) -> None:
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
-        self.motion, self.observers = motion, observers or {}
+        self.motion, self.observers = motion, observers
         self.bank = bank.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.waves = Waves.of(scene.interface.observed_blade, modes.pairs)

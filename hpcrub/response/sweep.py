@@ -1,7 +1,8 @@
 """Frequency response of one sample: many angular speeds, integrated a band at a time (`band`)."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.reduction import Modes
-from hpcrub.response.band import Band, SpeedEnd
+from hpcrub.response.band import Band, Observers
 from hpcrub.response.casing_motion import CasingMotion
 from hpcrub.response.quantities import Quantities, quantity
 from hpcrub.response.revolution import cut_revolution, speed_bands
@@ -123,7 +124,7 @@ def run_sweep(
     width: int | None = None,
     selection: Iterable[int] | None = None,
     motion: Motion | None = None,
-    observers: Mapping[str, Callable[[SpeedEnd], float]] | None = None,
+    observers: Observers = MappingProxyType({}),
 ) -> SweepResult:
     """Integrate every speed in time to its steady state.
 
@@ -141,13 +142,10 @@ def run_sweep(
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
-    observers = observers or {}
     out, n_steps = SweepResult.empty(n, scene.n_strips, observers), 0
     wanted = set(range(n) if selection is None else selection)
     if motion is None:
-        still = [i for i in wanted if not can_touch(scene.at(speeds_hz[i]))]
-        _leave_at_rest(out, still, scene)
-        wanted -= set(still)
+        wanted -= _leave_at_rest(out, wanted, speeds_hz, scene)
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
         # fastest first: they take longest to settle, and should not be left to the last lanes
@@ -159,8 +157,9 @@ def run_sweep(
     return replace(out, n_steps=n_steps)
 
 
-def _leave_at_rest(out, still, scene):
-    """Write the response at speeds (indices) at which nothing touches (out is modified)."""
+def _leave_at_rest(out, wanted, speeds_hz, scene):
+    """Write the response at the speeds (indices) at which nothing touches, and return these."""
+    still = [i for i in wanted if not can_touch(scene.at(speeds_hz[i]))]
     out.rest(still)
     out.casing.rest(still)
     if scene.steady.rule == "ensemble":
@@ -169,3 +168,4 @@ def _leave_at_rest(out, still, scene):
         out.stress[still] = 0.0
     if scene.coating:
         out.wear.rest(still)
+    return set(still)

@@ -16,6 +16,8 @@ from hpcrub.response.quantities import Quantity
 # meaning of a dataset raises it.
 NUMBER = 6
 
+Values = tuple[str, Any, Any]  # dataset, where in it, values
+
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample or task
 OVERHEAD = 1024  # [bytes] of the name and attributes of a dataset, about
 

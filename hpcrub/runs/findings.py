@@ -6,6 +6,7 @@ from operator import attrgetter
 import numpy as np
 import numpy.typing as npt
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
@@ -52,19 +53,6 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
         )
 
 
-def casing(config: Config) -> Iterator[Finding]:
-    """Finding that a casing which vibrates must be known as well as the disk."""
-    if config.casing.vibrates:
-        is_ring = config.casing.ring.thickness_mm is not None
-        what = "damping, thickness and radius" if is_ring else "damping and frequencies"
-        yield Finding(
-            REMARK,
-            "a casing that vibrates",
-            f"{what} of the casing can move peaks by tens of per cent: study: checklist shows by "
-            f"how much (casing.{'ring' if is_ring else 'modes'})",
-        )
-
-
 def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
     """Finding about points without a result; reasons: number of points by reason of ``status``."""
     if not n_lost:
@@ -102,7 +90,8 @@ def unsettled(
     """
     if not n_lost:
         return
-    what = "may cut deeper" if config.contact.wears else "may still grow or decay"
+    may = [effect.unsettled for effect in effects.of(config) if effect.unsettled]
+    what = " and ".join(may) or "may still grow or decay"
     why = f"{n_lost} of {n} {of} have not settled"
     advice = f"{why} within their time and {what}: {_longer(config, key)}"
     yield Finding(USELESS if n_lost > MOST_LOST * n else SINGLE, why, advice)

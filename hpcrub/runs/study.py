@@ -10,15 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.table import Table
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
+from hpcrub.effects.effect import Results
 from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import Progress, amount, console, print_item
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import history
 from hpcrub.response.wear import N_ANGLES
-from hpcrub.results.layout import ANGLE, DONE, PENDING, SPEEDS, Dataset
+from hpcrub.results.layout import ANGLE, DONE, PENDING, SPEEDS, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding, Verdict
 from hpcrub.runs import findings
@@ -30,7 +32,6 @@ from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 Poll = Callable[[], Any]  # long computations call it often; an exception from it ends the task
-Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
 
 
@@ -165,7 +166,11 @@ class Study:
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file."""
-        return self.datasets
+        return *self.datasets, *self.of_effects(config)
+
+    def of_effects(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets that the effects of an input add."""
+        return tuple(d for e in effects.of(config) for d in e.datasets(self.name, config))
 
     def sizes(self, config: Config) -> Counts:
         """Lengths of dimensions that `Run.known_sizes` lacks, as far as the input tells them."""
@@ -241,13 +246,21 @@ class Study:
         """Lines about the results; the first line stands in a table of several runs."""
         return ()
 
+    def facts(self, file: ResultFile, disk: int = 0) -> Iterator[str]:
+        """Lines about the effects of an input; disk: of a study of whole motions."""
+        results = Results(self.name, file.config, file.read, disk)
+        return (line for effect in effects.of(file.config) for line in effect.lines(results))
+
     def findings(self, file: ResultFile) -> Iterable[Finding]:
         """Findings against the results, for the verdict."""
         return ()
 
     def verdict(self, file: ResultFile) -> Verdict:
         """Verdict on the results."""
-        return Verdict.of([*findings.not_resolved(file.warnings), *self.findings(file)])
+        results = Results(self.name, file.config, file.read)
+        of_effects = (f for e in effects.of(file.config) for f in e.findings(results))
+        doubts = findings.not_resolved(file.warnings)
+        return Verdict.of([*doubts, *of_effects, *self.findings(file)])
 
     def answer(self, file: ResultFile, usable: bool, width: int) -> Iterable[str | Table]:
         """Lines and tables of the results.
@@ -331,6 +344,8 @@ class Run(NamedTuple):
             "angle": N_ANGLES,
             "task": self.n_tasks,
         }
+        for effect in effects.of(config):
+            of_all |= effect.sizes(self.study.name, config)
         return of_all | self.study.sizes(config)
 
     def constants(self) -> dict[str, Any]:

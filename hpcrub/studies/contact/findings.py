@@ -5,7 +5,8 @@ The verdict stands in the summary and in the file; its first lines stand below t
 
 import numpy as np
 
-from hpcrub.config.text import counted
+from hpcrub import effects
+from hpcrub.config.text import counted, percent
 from hpcrub.contact.status import AVERAGED, DIVERGED, GROWING, NOT_STEADY
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
@@ -13,7 +14,6 @@ from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding, 
 from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import survey
-from hpcrub.studies.contact.limits import REACHED, depth_of_all, percent
 from hpcrub.studies.contact.survey import n_counted
 
 FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is worth much
@@ -39,11 +39,11 @@ def _findings(file, counts):
         advice = "no mistuned disk is finished; the same input with --resume goes on"
         yield Finding(USELESS, "no mistuned disk is finished", advice)
     yield from findings.without_result(lost, n * len(config.levels), missing)
-    yield from _worn_through(file)
     yield from findings.kinematics(config, counts.largest)
     growth = counts.growing, int(counts.reasons[GROWING]), counts.n_points, counts.shows
     yield from findings.growing(config, *growth)
-    yield from findings.casing(config)
+    results = survey.for_effects(file)
+    yield from (finding for e in effects.of(config) for finding in e.findings(results))
     yield from findings.unsettled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from findings.not_resolved(file.warnings)
@@ -51,24 +51,6 @@ def _findings(file, counts):
     yield from _errors(file, counts)
     yield from findings.few(config.convergence.percentiles, n)
     yield from _reference(file)
-
-
-def _worn_through(file):
-    """Disks that cut through the coating and reach the casing behind it."""
-    if "tuned/run_deepest_m" not in file:
-        return
-    samples = (survey.finished(file, level, "deepest_m") for level in file.config.levels)
-    depth = np.concatenate([file.read("tuned/run_deepest_m"), *samples])
-    n_disks = int(np.count_nonzero(np.isfinite(depth)))
-    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config)))
-    if through:
-        yield Finding(
-            USELESS if through > MOST_LOST * n_disks else SINGLE,
-            f"{through} of {n_disks} disks cut through the coating",
-            f"{through} of {n_disks} disks, runs of the tuned one included, cut through the "
-            "coating and reach the casing: read that share, not amplitudes or their percentiles; "
-            "contact.coating.thickness_mm or casing.clearance_mm decide it",
-        )
 
 
 def _speeds(file, counts):

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub import effects
 from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, Interrupted
 from hpcrub.ranks.parallel import PAUSE
@@ -54,6 +55,9 @@ class MonteCarlo(Job):
         self.runs: list[dict[int, Any]] = [{} for _ in range(disk.n_runs(config))]
         self.looked_at = 0  # samples finished on all levels when convergence was checked last
         self.kinds = kinds(config)
+        self.observers: dict[str, Any] = {}  # of the effects
+        for effect in effects.of(config):
+            self.observers |= effect.observers(config)
         self.numbers: Any = None  # of the samples (kinds, V, n), on rank 0
         self.tasks: Any = ()  # on rank 0
         self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # of samples that are cut (rank 0)
@@ -163,10 +167,11 @@ class MonteCarlo(Job):
     def _integrate(self, modes, scene, task, poll, is_checked):
         start, half = time.perf_counter(), None
         part = range(task.part, len(self.speeds_hz), task.n_parts)
-        result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
+        how = {"selection": part, "observers": self.observers}
+        result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, **how)
         if is_checked and self.config.mistuning.checked_samples:
             finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
-            half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, selection=part)
+            half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, **how)
         return disk.Integrated(result, time.perf_counter() - start, half_step=half)
 
     def _finish(self, task, blades, modes, response):
@@ -175,7 +180,7 @@ class MonteCarlo(Job):
         values, message = {"deviation": blades, "status": FAILED}, response.message
         try:
             if response.result:
-                values |= disk.values_of(response, self.speeds_hz)
+                values |= disk.values_of(self.config, response)
                 values |= self._amplifications(modes, blades, values["peak_amplitude_m"])
                 message = "" if values["status"] == DONE else "all its points diverged"
         except BAD_NUMBERS as error:

@@ -9,7 +9,7 @@ import numpy as np
 from hpcrub.config import study_keys
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
-from hpcrub.results.layout import DONE, PENDING
+from hpcrub.results.layout import DONE, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
@@ -46,9 +46,12 @@ class Contact(Study):
     unit = "samples"
     integrates = True
     job = MonteCarlo
-    layout = staticmethod(layout.layout)
     verdict = staticmethod(findings.verdict)
     answer = staticmethod(summary.answer)
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets of the result file."""
+        return tuple(layout.layout(config))
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""

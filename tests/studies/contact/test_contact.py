@@ -19,7 +19,7 @@ from hpcrub.setup import problem as study
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import STUDY, amplification, findings, survey
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact.summary import interval_table, level_table, point_lines
+from hpcrub.studies.contact.summary import AMPLIFICATIONS, interval_table, level_table, point_lines
 from tests.program import TINY, contents, datasets, error_lines, load, run_here
 
 
@@ -142,7 +142,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
 
 def said(file):
     found = survey.survey(file)
-    tables = cells(level_table(file, found)), cells(interval_table(file))
+    tables = cells(level_table(file, found)), cells(interval_table(file, AMPLIFICATIONS))
     return [*tables, *point_lines(found), *findings.verdict(file, found).lines, *STUDY.report(file)]
 
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from hpcrub import plot, studies
+from hpcrub import effects, plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
+from hpcrub.effects.effect import Results
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS, Finding, Verdict
 from hpcrub.runs.findings import (
     TIME_KEY,
-    casing,
     few,
     kinematics,
     lost,
@@ -30,11 +30,12 @@ from hpcrub.statistics.percentiles import (
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import findings, limits, summary
-from hpcrub.studies.contact.layout import KINDS
-from hpcrub.studies.contact.survey import shared_uncertainty, survey
+from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
+from hpcrub.studies.contact.survey import for_effects, shared_uncertainty, survey
 from tests.plot.stored import PATTERN, PHYSICS, File
 from tests.program import TINY, lay_out, run_here, swept
 
+(WEAR,) = (effect for effect in effects.EFFECTS if effect.name == "wear")
 RUNS = np.array([31.0, 29.0, 30.0, 33.0, 28.0, 30.0, 31.0, 32.0, 30.0]) * 1e-3
 
 
@@ -140,7 +141,7 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
     printed = " ".join(capfd.readouterr().out.split())
     assert "done: 3 of 4 samples" in printed
     assert "Verdict: not usable: 1 of 3 peaks" in printed
-    assert "Percentiles and their confidence intervals" in printed
+    assert "Amplifications: percentiles and their intervals" in printed
     assert "±4 %: 0 of 1 disks exceed 35 mm" in printed
 
 
@@ -165,8 +166,10 @@ def test_a_verdict_is_that_of_its_weightiest_finding():
 
 
 def test_a_casing_that_vibrates_must_be_known():
-    assert not list(casing(Config()))
-    (found,) = casing(Config(casing={"ring": {"thickness_mm": 20}}))
+    config = Config(casing={"ring": {"thickness_mm": 20}})
+    assert [e.name for e in effects.of(Config())] == []
+    (casing,) = effects.of(config)
+    (found,) = casing.findings(Results("contact", config, None))
     assert found.advice.startswith("damping, thickness and radius of the casing can move peaks")
 
 
@@ -295,7 +298,7 @@ def test_the_one_disk_of_a_pattern_has_no_probability(peak, status, does):
         samples__deepest_m=np.array([[2e-3 if status == DONE else np.nan]]),
     )  # fmt: skip
     assert list(limits.limit_lines(found, usable=True)) == [f"the disk of the pattern {does}"]
-    depths = list(limits.depth_lines(found))[1:]
+    depths = list(WEAR.lines(for_effects(found)))[1:]
     cuts = "the disk of the pattern cuts 2 mm deep, 2.00 times the tuned one"
     assert depths == [cuts] * (status == DONE)
 
@@ -400,7 +403,7 @@ def test_the_largest_of_every_disk_are_those_of_its_points(coated):
     assert coated.read("tuned/run_deepest_m")[0] == coated.read("tuned/worn_depth_m").max()
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", [AMPLIFICATION, LINEAR, *WEAR.kinds], ids=lambda kind: kind.name)
 def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
     for level, values in enumerate(coated.read(f"samples/{kind.of}")):
         arguments = values, [1, 50, 99], 1, 2.81
@@ -413,7 +416,7 @@ def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
 def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated, capfd):
     tuned = coated.read("tuned/run_deepest_m")
     deepest = coated.read("samples/deepest_m").max(axis=1)
-    found = list(limits.depth_lines(coated))
+    found = list(WEAR.lines(for_effects(coated)))
     assert len(found) == 3
     for line, depth in zip(found[1:], deepest, strict=True):
         ratio = depth / np.median(tuned)
@@ -423,7 +426,7 @@ def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated, capfd):
     assert inspect.main([str(folder / "coated.h5")]) == 0
     printed = " ".join(capfd.readouterr().out.split())
     assert all(line in printed for line in found)
-    assert summary.interval_table(coated, of_coating=True).row_count == 6
+    assert summary.interval_table(coated, *WEAR.spreads).row_count == 6
 
 
 def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
@@ -431,7 +434,7 @@ def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
     depths = coated.read("samples/deepest_m")
     monkeypatch.setattr("hpcrub.model.coating.Coating.worn_through", depths[1].min())
     low, high = probability_interval(2, 2, 1.96)
-    line = list(limits.depth_lines(coated))[-1]
+    line = list(WEAR.lines(for_effects(coated)))[-1]
     assert f"2 of 2 disks cut through the coating, a share of {100 * low:.0f} to 100 %" in line
     runs = coated.read("tuned/run_deepest_m")
     through = np.count_nonzero(np.append(runs, depths) >= depths[1].min())
