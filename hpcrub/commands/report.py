@@ -112,11 +112,13 @@ def _omitted_effects(config):
     """Yield sentences on effects that the model leaves out, unless a key switches them on."""
     contact, limits = config.contact, config.limits
     slope = config.casing.outline.slope / config.disk.tip_radius
-    omitted = (effect.omitted(config) for effect in effects.EFFECTS if not effect.exists(config))
-    yield from (line for line in omitted if line)
+    omitted = (effect.omitted for effect in effects.EFFECTS if not effect.exists(config))
+    yield from filter(None, omitted)
     yield from lines_of(
+        (contact.law == "rigid", "The casing is hard: it neither gives nor wears (contact.law)."),
         (config.casing.clearance_hz_mm is None,
          "The clearance is the same at all speeds (casing.clearance_hz_mm)."),
+        (limits.stress_mpa is None, "No stress is looked at (limits.stress_mpa)."),
         (limits.stress_mpa is not None and limits.strength_mpa is None,
          "The stress of rotation is not in the limit (limits.static_mpa)."),
         (config.disk.model is None,

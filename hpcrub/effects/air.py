@@ -1,7 +1,7 @@
 """Air between the blades: damping of waves, and the disks that flutter."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -55,22 +55,16 @@ class Aero(Effect):
 
     name = "air"
     needed = "a disk in air (aero.waves)"
+    omitted = "Air couples no blades; its damping is in one ratio for all waves (aero)."
     changes = (Change("half the air's damping", "damping_ratio of aero", _half_damped),)
+    datasets: ClassVar = {"modal": TUNED, "linear": (*TUNED, *LIMITS, *MISTUNED)}
 
     def exists(self, config: Config) -> bool:
         """Whether the input knows the air."""
         return config.aero.exists
 
-    def omitted(self, config: Config) -> str:
-        """Sentence on air that couples no blades."""
-        return "Air couples no blades; its damping is in one ratio for all waves (aero)."
-
-    def datasets(self, study: str, config: Config) -> tuple[Dataset, ...]:
-        """Datasets by study."""
-        return {"modal": TUNED, "linear": (*TUNED, *LIMITS, *MISTUNED)}.get(study, ())
-
-    def sizes(self, study: str, config: Config) -> dict[str, int]:
-        """Lengths of the dimensions of these datasets."""
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Numbers of waves, and of disks whose complex modes are kept."""
         return {"wave": config.disk.n_blades, "disk": min(MOST_SHOWN, config.mistuning.samples)}
 
     def of_model(self, study: str, config: Config, loads: list[Load]) -> Iterator[tuple[str, Any]]:

@@ -1,7 +1,7 @@
 """A casing that vibrates: how far it moves, where it meets blades, how often it runs away."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -55,6 +55,15 @@ class VibratingCasing(Effect):
 
     name = "waves"
     needed = "a casing that vibrates (casing.ring)"
+    omitted = (
+        "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as "
+        "the disk, both ways."
+    )
+    datasets: ClassVar = {
+        "contact": (PERMANENT,),
+        "modal": casing_waves.LAYOUT,
+        "time_response": OF_TIME,
+    }
     points = tuple(CasingMotion.declared().values())
     changes = (
         Change("half the casing's damping", "damping_ratio of casing.ring, casing.modes",
@@ -68,25 +77,9 @@ class VibratingCasing(Effect):
         """Whether the casing has a ring or modes."""
         return config.casing.vibrates
 
-    def omitted(self, config: Config) -> str:
-        """Sentence on a rigid casing."""
-        return (
-            "The casing does not vibrate (casing.ring). One that does decides amplitudes as much "
-            "as the disk, both ways."
-        )
-
-    def datasets(self, study: str, config: Config) -> tuple[Dataset, ...]:
-        """Datasets by study."""
-        of_study = {
-            "contact": (PERMANENT,),
-            "modal": casing_waves.LAYOUT,
-            "time_response": OF_TIME,
-        }
-        return of_study.get(study, ())
-
-    def sizes(self, study: str, config: Config) -> dict[str, int]:
-        """Lengths of dimensions, by study."""
-        return casing_waves.sizes(config) if study == "modal" else {"casing_angle": N_ANGLES}
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Numbers of waves, families of blades, speeds and angles."""
+        return casing_waves.sizes(config) | {"casing_angle": N_ANGLES}
 
     def of_tuned(
         self, config: Config, modes: Modes, runs: list[dict[str, Any]]

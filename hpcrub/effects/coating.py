@@ -1,7 +1,7 @@
 """A coating on the casing that wears: its depth, volume and energy, and who cuts through."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -66,6 +66,12 @@ class Wearing(Effect):
     needed = "a coating that wears (contact.law: abradable)"
     unsettled = "may cut deeper"
     amplitude = "largest_amplitude_m"
+    datasets: ClassVar = {
+        "contact": OF_CONTACT,
+        "energy": OF_ENERGY,
+        "time_response": (*OF_TIME, *_of_histories("disk")),
+        "interaction_map": _of_histories("disk", "speed"),
+    }
     points = tuple(POINTS)
     peaks = (
         DEEPEST,
@@ -89,21 +95,6 @@ class Wearing(Effect):
     def exists(self, config: Config) -> bool:
         """Whether the contact law is abradable."""
         return config.contact.wears
-
-    def omitted(self, config: Config) -> str:
-        """Sentence on a casing that neither gives nor wears."""
-        if config.contact.law != "rigid":
-            return ""
-        return "The casing is hard: it neither gives nor wears (contact.law)."
-
-    def datasets(self, study: str, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of depths, by study."""
-        return {
-            "contact": OF_CONTACT,
-            "energy": OF_ENERGY,
-            "time_response": (*OF_TIME, *_of_histories("disk")),
-            "interaction_map": _of_histories("disk", "speed"),
-        }.get(study, ())
 
     def n_bytes(self, config: Config, grid: Grid) -> int:
         """Worn depths of all lanes, now and after some windows, and of the results [bytes]."""

@@ -5,8 +5,8 @@ subclass of `Effect`. Result files, summaries, verdicts, checklists, reports and
 the effects that an input has; they name none.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -108,6 +108,7 @@ class Effect:
 
     name = ""  # as figures ask for it
     needed = ""  # what a figure of it needs, in words
+    omitted = ""  # sentence of a report on what the model leaves out without the effect
     unsettled = ""  # what a motion that has not settled may still do, in words
     amplitude = ""  # dataset whose largest value is the peak of a disk, if not `amplitude_m`
     points: tuple[Quantity, ...] = ()  # quantities of every speed
@@ -115,6 +116,8 @@ class Effect:
     kinds: tuple[Kind, ...] = ()  # of these, those with running percentiles
     spreads: tuple[Spread, ...] = ()
     changes: tuple[Change, ...] = ()  # what is uncertain
+    # datasets of a study, by its name; in contact besides `points` and `peaks`
+    datasets: ClassVar[Mapping[str, tuple[Dataset, ...]]] = {}
 
     def __init_subclass__(cls) -> None:
         """Add an effect to those that the studies know."""
@@ -124,20 +127,12 @@ class Effect:
         """Whether an input has the effect."""
         raise NotImplementedError
 
-    def omitted(self, config: Config) -> str:
-        """Sentence of a report on what the model leaves out without the effect."""
-        return ""
-
     def observers(self, config: Config) -> Observers:
         """Return {name of one of `points`: function of the end of a speed}; see `run_sweep`."""
         return {}
 
-    def datasets(self, study: str, config: Config) -> Iterable[Dataset]:
-        """Datasets that the effect adds to a study; in contact besides `points` and `peaks`."""
-        return ()
-
-    def sizes(self, study: str, config: Config) -> dict[str, int]:
-        """Lengths of the dimensions of these datasets."""
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Lengths of dimensions of its datasets that no study has."""
         return {}
 
     def n_bytes(self, config: Config, grid: Grid) -> int:

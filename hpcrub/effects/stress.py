@@ -1,7 +1,7 @@
 """Stress of the blades, where a limit asks for it and the disk knows it."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -25,6 +25,7 @@ class Stress(Effect):
     """Largest stress of the blades."""
 
     name = "stress"
+    datasets: ClassVar = {"time_response": (OF_HISTORY,), "energy": OF_ENERGY}
     points = (SweepResult.declared()["stress"],)
     peaks = (PEAK,)
     kinds = (Kind("stress", PEAK.name, "Pa", "largest stresses of any speed"),)
@@ -34,16 +35,7 @@ class Stress(Effect):
         """Whether stresses are limited, and computed rather than estimated."""
         return config.observes_stress
 
-    def omitted(self, config: Config) -> str:
-        """Sentence on stresses that nobody asked for."""
-        looked_at = config.limits.stress_mpa is not None
-        return "" if looked_at else "No stress is looked at (limits.stress_mpa)."
-
-    def datasets(self, study: str, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of whole motions, and of the energies of blades."""
-        return {"time_response": (OF_HISTORY,), "energy": OF_ENERGY}.get(study, ())
-
-    def sizes(self, study: str, config: Config) -> dict[str, int]:
+    def sizes(self, config: Config) -> dict[str, int]:
         """Number of places at which stresses are known."""
         return {"stress": config.disk.n_stresses or 2 * config.disk.n_blades}
 

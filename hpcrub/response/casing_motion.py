@@ -20,19 +20,25 @@ class CasingMotion(Quantities):
     """Motion of the casing at S speeds (S,); NaN where it is rigid, or nothing is known."""
 
     largest: np.ndarray = quantity(
-        "casing_motion_m",
-        "m",
-        "largest radial motion of the casing, angle and time, last window",
-        at_rest=0.0,
+        "casing_motion_m", "m", "largest radial motion of the casing, angle and time, last window"
     )
     waves: np.ndarray = quantity(
-        "casing_waves", "1", "waves around the casing that move most, or that run away"
+        "casing_waves",
+        "1",
+        "waves around the casing that move most, or that run away",
+        at_rest=np.nan,
     )
     share: np.ndarray = quantity(
-        "casing_energy_share", "1", "energy of the casing over that of disk and casing, at the end"
+        "casing_energy_share",
+        "1",
+        "energy of the casing over that of disk and casing, at the end",
+        at_rest=np.nan,
     )
     growth: np.ndarray = quantity(
-        "casing_growth_per_s", "1/s", "rate at which a casing runs away; NaN: it does not"
+        "casing_growth_per_s",
+        "1/s",
+        "rate at which a casing runs away; NaN: it does not",
+        at_rest=np.nan,
     )
 
 

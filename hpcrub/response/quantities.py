@@ -17,7 +17,7 @@ class Quantity(NamedTuple):
     units: str
     description: str
     dtype: str = "f8"
-    at_rest: float = np.nan  # value where no blade can touch the casing
+    at_rest: float = 0.0  # value where no blade can touch the casing
 
 
 def quantity(*of_quantity: Any, **more: Any) -> Any:

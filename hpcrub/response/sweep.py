@@ -43,49 +43,50 @@ class SweepResult(Quantities):
         "m",
         "largest tangential displacement of any tip over the last revolutions; rule ensemble: its "
         "mean over several windows",
-        at_rest=0.0,
     )
     error: np.ndarray = quantity(
         "amplitude_error_m",
         "m",
         "standard error of amplitude_m by the scatter of its windows; NaN: not known",
+        at_rest=np.nan,
     )
     scatter: np.ndarray = quantity(
-        "amplitude_scatter_m", "m", "standard deviation of the windows' amplitudes; NaN: not known"
+        "amplitude_scatter_m",
+        "m",
+        "standard deviation of the windows' amplitudes; NaN: not known",
+        at_rest=np.nan,
     )
     half_peak_to_peak: np.ndarray = quantity(
         "half_peak_to_peak_m",
         "m",
         "half of peak to peak, the largest of any tip in the last window, without its offset",
-        at_rest=0.0,
     )
     stress: np.ndarray = quantity(
         "stress_pa",
         "Pa",
         "largest stress of any blade in the last window; on a coating of any time",
+        at_rest=np.nan,
     )
-    time: np.ndarray = quantity(
-        "time_s", "s", "simulated time until steady or given up", at_rest=0.0
-    )
+    time: np.ndarray = quantity("time_s", "s", "simulated time until steady or given up")
     growth_shows: np.ndarray = quantity(
         "growth_shows_s",
         "s",
         "time at which a wave that still grows at the end will show, so that the motion becomes "
         "another one; NaN: none grows",
+        at_rest=np.nan,
     )
     localisation: np.ndarray = quantity(
-        "localisation", "1", "localisation factor of the blade-tip amplitudes", at_rest=0.0
+        "localisation", "1", "localisation factor of the blade-tip amplitudes"
     )
     point_status: np.ndarray = quantity(
         "point_status", "1", status.POINT_STATUS, "u1", at_rest=STEADY
     )
-    point_reason: np.ndarray = quantity("point_reason", "1", status.POINT_REASON, "u1", at_rest=0)
+    point_reason: np.ndarray = quantity("point_reason", "1", status.POINT_REASON, "u1")
     max_sweeps: np.ndarray = quantity(
         "max_sweeps",
         "1",
         "most sweeps of the contact force solver in one step; 0: no contact",
         "u1",
-        at_rest=0,
     )
     casing: CasingMotion
     wear: Wear

@@ -28,43 +28,28 @@ class Wear(Quantities):
     """State of the coating at S speeds, at the end of the integration; NaN without a coating."""
 
     amplitude: np.ndarray = quantity(
-        "largest_amplitude_m",
-        "m",
-        "largest tangential displacement of any tip at any time",
-        at_rest=0.0,
+        "largest_amplitude_m", "m", "largest tangential displacement of any tip at any time"
     )
     time: np.ndarray = quantity(
-        "largest_amplitude_time_s",
-        "s",
-        "when it was that large, to a pitch of the casing",
-        at_rest=0.0,
+        "largest_amplitude_time_s", "s", "when it was that large, to a pitch of the casing"
     )
     depth: np.ndarray = quantity(
-        "worn_depth_m", "m", "largest worn depth of the coating in the end", at_rest=0.0
+        "worn_depth_m", "m", "largest worn depth of the coating in the end"
     )
     growth: np.ndarray = quantity(
-        "worn_growth_m",
-        "m",
-        "largest growth of a worn depth in the last ten revolutions or so",
-        at_rest=0.0,
+        "worn_growth_m", "m", "largest growth of a worn depth in the last ten revolutions or so"
     )
     volume: np.ndarray = quantity(
-        "worn_volume_m3",
-        "m3",
-        "volume of coating worn away: depth by arc by width of its strip",
-        at_rest=0.0,
+        "worn_volume_m3", "m3", "volume of coating worn away: depth by arc by width of its strip"
     )
     energy: np.ndarray = quantity(
-        "wear_energy_j", "J", "energy that has gone into the wear of this volume", at_rest=0.0
+        "wear_energy_j", "J", "energy that has gone into the wear of this volume"
     )
     lobes: np.ndarray = quantity(
-        "lobes", "1", "lobes of the worn depth beyond what blades at rest cut; 0: none", at_rest=0.0
+        "lobes", "1", "lobes of the worn depth beyond what blades at rest cut; 0: none"
     )
     around: np.ndarray = quantity(  # (S, Z, N_ANGLES)
-        "worn_m",
-        "m",
-        "largest worn depth within an angle of the casing, of each strip",
-        at_rest=0.0,
+        "worn_m", "m", "largest worn depth within an angle of the casing, of each strip"
     )
 
     @classmethod

@@ -170,7 +170,7 @@ class Study:
 
     def of_effects(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets that the effects of an input add."""
-        return tuple(d for e in effects.of(config) for d in e.datasets(self.name, config))
+        return tuple(d for e in effects.of(config) for d in e.datasets.get(self.name, ()))
 
     def sizes(self, config: Config) -> Counts:
         """Lengths of dimensions that `Run.known_sizes` lacks, as far as the input tells them."""
@@ -345,7 +345,7 @@ class Run(NamedTuple):
             "task": self.n_tasks,
         }
         for effect in effects.of(config):
-            of_all |= effect.sizes(self.study.name, config)
+            of_all |= effect.sizes(config)
         return of_all | self.study.sizes(config)
 
     def constants(self) -> dict[str, Any]:

@@ -130,9 +130,9 @@ class InteractionMap(StudyInTime):
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):
                 continue
-            yield "point_status", (disk, speed), follower.found.status
-            yield "mean_amplitude_m", (disk, speed), follower.found.amplitude
-            yield "mean_error_m", (disk, speed), follower.found.error
+            yield "point_status", (disk, speed), follower.verdict.status
+            yield "mean_amplitude_m", (disk, speed), follower.verdict.amplitude
+            yield "mean_error_m", (disk, speed), follower.verdict.error
             motion = History(modes, scene, speeds[lane], partial(getattr, follower, "wear"))
             for effect in effects.of(config):
                 for name, value in effect.of_history(self.name, motion):

@@ -59,9 +59,9 @@ def _times(config):
 def _judged(followed, task):
     """Status and amplitude of a disk, and the time of the check that they come from."""
     yield "judged_s", task, followed.time
-    yield "point_status", task, followed.found.status
-    yield "amplitude_m", task, followed.found.amplitude
-    yield "amplitude_error_m", task, followed.found.error
+    yield "point_status", task, followed.verdict.status
+    yield "amplitude_m", task, followed.verdict.amplitude
+    yield "amplitude_error_m", task, followed.verdict.error
 
 
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:

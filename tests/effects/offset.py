@@ -11,6 +11,7 @@ class Offset(Effect):
 
     name = "offset"
     needed = "offsets"
+    omitted = "No tip is dragged aside."
     points = (Quantity("offset_m", "m", "mean displacement of a tip, the largest of all tips"),)
     peaks = (Quantity("largest_offset_m", "m", "largest offset of any speed"),)
     spreads = (Spread("Offset", {"offset": "largest_offset_m"}, ".4g", 1e3, "mm"),)
@@ -19,9 +20,6 @@ class Offset(Effect):
     def exists(self, config):
         """Whether friction drags the tips."""
         return config.contact.friction > 0.0
-
-    def omitted(self, config):
-        return "No tip is dragged aside."
 
     def observers(self, config):
         return {"offset_m": lambda end: float(np.abs(end.last.mean(axis=0)).max())}

@@ -89,7 +89,7 @@ def layout(config: Config) -> Iterator[Dataset]:
     yield from TUNED
     yield from SYMMETRIC if config.mistuning.reference == "staying" else ()
     yield from datasets("tuned", (), of_disk)
-    yield from (dataset for e in there for dataset in e.datasets("contact", config))
+    yield from (dataset for e in there for dataset in e.datasets.get("contact", ()))
     yield Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR)
     yield Dataset(
         "samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"

@@ -15,7 +15,7 @@ from hpcrub.studies.contact.layout import STEADY, amplitude
 from hpcrub.studies.contact.survey import shared_uncertainty
 
 NAMES = "amplification", "linear_amplification", "peak_amplitude_m", "peak_speed_hz"
-MOST = 24  # most measured disks with a line each; for more disks there are percentiles
+MOST_DISKS = 24  # most measured disks with a line each; for more disks there are percentiles
 
 
 class Disk(NamedTuple):
@@ -35,7 +35,7 @@ class Disk(NamedTuple):
 def are_few(file: ResultFile) -> bool:
     """Whether the samples of a file are so few measured disks that each has its own line."""
     config = file.config
-    return config.mistuning.pattern_file is not None and len(config.samples) <= MOST
+    return config.mistuning.pattern_file is not None and len(config.samples) <= MOST_DISKS
 
 
 def disks(file: ResultFile) -> Iterator[Disk]:
