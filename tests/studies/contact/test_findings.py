@@ -9,7 +9,7 @@ from scipy.stats import binom
 from hpcrub import effects, plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import AVERAGED, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
+from hpcrub.contact.status import AVERAGED, GROWING, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
 from hpcrub.effects.effect import Results
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS, Finding, Verdict
@@ -104,6 +104,17 @@ def test_disks_that_do_not_touch_have_no_peak_at_an_end(file):
     assert (found.lowest, found.highest) == (0, 1)
     still = np.zeros((2, 3)), np.full((2, 3), STEADY), np.zeros((2, 3), int)
     assert list(of_points(file.config, *still, TIME_KEY)) == []
+
+
+@pytest.mark.parametrize(("at", "severity"), [(1, USELESS), (0, REMARK)])
+def test_points_that_grow_are_told_once_and_count_where_they_are_peaks(at, severity):
+    """They were counted as points that have not settled, too."""
+    amplitude, states = np.array([[1.0, 2.0, 1.0]]), np.array([[STEADY, STEADY, STEADY]])
+    reasons = np.zeros((1, 3), int)
+    states[0, at], reasons[0, at] = NOT_STEADY, GROWING
+    (found,) = of_points(Config(), amplitude, states, reasons, TIME_KEY)
+    assert found.why == "still growing at 1 of 3 points"
+    assert found.severity == severity
 
 
 @pytest.mark.parametrize(
