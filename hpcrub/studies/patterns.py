@@ -14,17 +14,16 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.results.layout import DONE, PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Round, Values
-from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude
-from hpcrub.studies.shared import trials
-from hpcrub.studies.shared.trials import Trials, peaks_of
+from hpcrub.studies.contact.trials import Trials, peaks_of
 
 FIRST = 64  # disks of every pattern in the first round
 BLOCK = 32  # disks of a task
@@ -277,8 +276,8 @@ class PatternStudy(Trials):
             yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
         size, done = file.read("contact_amplitude_m"), file.read("contact_status") == DONE
         states, meaning = file.read("peak_status"), "are missing in the percentiles in contact"
-        yield from trials.findings(file.config, size[done], states, meaning)
-        yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
+        yield from findings.of_disks(file.config, size[done], states, meaning)
+        yield from findings.few([file.config.patterns.percentile], file.config.mistuning.samples)
 
 
 def _in_words(percentile: float) -> str:

@@ -8,16 +8,15 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Round
-from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed
 from hpcrub.studies.contact.limits import percent
-from hpcrub.studies.shared import trials
-from hpcrub.studies.shared.trials import Case, Trials, beyond, limit_problems, table
+from hpcrub.studies.contact.trials import Case, Trials, beyond, limit_problems, table
 
 FIRST = 100  # disks of the first estimate
 GROWTH = 1.3  # factor on the number of disks from one estimate to the next
@@ -127,10 +126,10 @@ class Rare(Trials):
             )  # fmt: skip
         names = "peak_amplitude_m", "peak_status", "peak_speed_hz"
         size, states, at = (file.read(name)[computed] for name in names)
-        yield from trials.findings(config, size, states)
+        yield from findings.of_disks(config, size, states)
         if speeds.n_values > 1:
             places = np.searchsorted(speeds.values_hz, at[size > 0.0])
-            yield from verdict.of_peaks(config, places)
+            yield from findings.of_peaks(config, places)
 
 
 def numbers(config: Config) -> np.ndarray:

@@ -16,17 +16,17 @@ from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
 from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Round
-from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup import plausibility
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search, coarse
 from hpcrub.studies.contact.limits import percent
-from hpcrub.studies.shared import trials
-from hpcrub.studies.shared.trials import Case, Trials, beyond, limit_problems, table
+from hpcrub.studies.contact.trials import Case, Trials, beyond, limit_problems, table
 
 NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
@@ -174,7 +174,7 @@ class Threshold(Trials):
             )  # fmt: skip
         computed = np.arange(search.most) < search.n_done[:, None]
         names = "peak_amplitude_m", "peak_status"
-        yield from trials.findings(config, *(file.read(name)[computed] for name in names))
+        yield from findings.of_disks(config, *(file.read(name)[computed] for name in names))
 
 
 def results(config: Config, search: Search) -> dict[str, Any]:

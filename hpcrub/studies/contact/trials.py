@@ -11,15 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.effects.effect import largest
 from hpcrub.response.sweep import run_sweep
-from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset
+from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
-from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import Finding
+from hpcrub.runs.study import Poll, Study
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import Problem, build_problem
-from hpcrub.studies.contact.amplification import peak, peak_status, peak_stress
+from hpcrub.studies.contact.amplification import peak, peak_status
 from hpcrub.studies.contact.limits import severities
 
 
@@ -79,23 +78,9 @@ def peaks_of(config: Config, problem: Problem, blades: np.ndarray, poll: Poll) -
     return {
         "peak_amplitude_m": size,
         "peak_speed_hz": at,
-        "peak_stress_pa": peak_stress(result),
+        "peak_stress_pa": largest(result.stress, speeds)[0],
         "peak_status": peak_status(result, speeds),
     }
-
-
-def findings(
-    config: Config, sizes: np.ndarray, states: np.ndarray, meaning: str = verdict.BEYOND
-) -> Iterator[Finding]:
-    """Findings against the largest amplitudes of the disks that were computed, of any shape.
-
-    sizes [m]: not finite without a result; states: codes of `status` of their points; meaning: of a
-    disk without a result.
-    """
-    lost = int(np.count_nonzero(~np.isfinite(sizes)))
-    yield from verdict.without_result(lost, sizes.size, meaning)
-    yield from verdict.unsettled_peaks(config, states)
-    yield from verdict.kinematics(config, sizes[np.isfinite(sizes)])
 
 
 def beyond(file: ResultFile) -> np.ndarray:
