@@ -119,8 +119,8 @@ def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: f
 
     The band reaches from the lowest to the highest percentile of the input. If there are too few
     samples for one of these, it reaches from the smallest to the largest sample. Crosses are speeds
-    at which some of them have no result, and are not in the band. name: dataset of other values in
-    metres than the amplitudes.
+    at which some of them have no result, and are not in the band. name: dataset of other values
+    than the amplitudes, which are drawn times `scale`.
     """
     if file.config.pattern_deviation is not None:
         draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
@@ -128,7 +128,7 @@ def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: f
     done = file.status[-1, :MOST] == DONE
     lost = (file.read("samples/point_status", (-1, slice(MOST))) == DIVERGED).any(axis=0)
     name = name or layout.amplitude(file.config)
-    amplitude = 1e3 * file.read(f"samples/{name}", (-1, slice(MOST)))[done]
+    amplitude = scale * file.read(f"samples/{name}", (-1, slice(MOST)))[done]
     speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles
     known = np.isfinite(amplitude).any(axis=0)
     level = f"±{100 * file.read('half_range')[-1]:.3g} %"
