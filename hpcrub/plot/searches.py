@@ -9,7 +9,7 @@ from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval, with_interval
 from hpcrub.statistics.rare import extrapolated
-from hpcrub.studies.checklist import CHANGES, LEAST, moved
+from hpcrub.studies.checklist import CHANGES, LEAST_CHANGE, moved
 from hpcrub.studies.contact.limits import severities
 from hpcrub.studies.patterns import Rounds, in_letters
 from hpcrub.studies.rare import answer as probability_in_words
@@ -185,7 +185,7 @@ def checklist(canvas: Canvas, file: ResultFile) -> None:
     changes = moved(size)
     rows = [n for n, change in enumerate(changes, 1) if np.isfinite(change[0])]
     axes = canvas.panels(1, 1, (9.5, 1.6 + 0.42 * len(rows)))[0, 0]
-    axes.axvspan(-100 * LEAST, 100 * LEAST, color="0.92", zorder=0, label="below 1 %")
+    axes.axvspan(-100 * LEAST_CHANGE, 100 * LEAST_CHANGE, color="0.92", zorder=0, label="below 1 %")
     axes.axvline(0.0, color=BLACK, lw=1.0)
     for place, n in enumerate(rows):
         mean, error, _ = changes[n - 1]

@@ -125,8 +125,8 @@ class Study:
     def is_enough(self, file: ResultFile) -> bool:
         """Whether a file is complete, although some of its parts may be missing."""
         last = self.next_round(file)
-        there = (np.array_equal(file.read(n), v, equal_nan=True) for n, v in last.known.items())
-        return not last.tasks and all(there)
+        there = (np.allclose(file.read(n), v, equal_nan=True) for n, v in last.known.items())
+        return not last.tasks and all(there)  # written, perhaps with another rounding
 
     def amount_done(self, file: ResultFile, n_done: int) -> str:
         """How many parts of a file are done, of those that are expected, in words."""

@@ -15,7 +15,7 @@ from hpcrub.statistics.percentiles import Z_95, probability_interval
 # 99.5 %: the side of a probability that is the target itself is then named wrongly once in forty
 # studies.
 Z_OF_TESTS = 2.807
-MOST = 1e12  # largest number of disks
+MOST_DISKS = 1e12  # largest number of disks
 
 
 class Goal(NamedTuple):
@@ -45,11 +45,11 @@ class Goal(NamedTuple):
 
 
 def n_needed(goal: Goal, chance: float) -> int:
-    """Number of disks that a goal needs if so many events occur as are expected, at most MOST.
+    """Number of disks that a goal needs if so many events occur as are expected.
 
-    chance: probability of an event.
+    chance: probability of an event. The number is at most MOST_DISKS.
     """
-    low, high = 0.0, np.log(MOST)
+    low, high = 0.0, np.log(MOST_DISKS)
     for _ in range(40):
         n = np.exp((low + high) / 2.0)
         low, high = (low, np.log(n)) if goal.is_met(n * chance, n) else (np.log(n), high)

@@ -12,8 +12,8 @@ import numpy as np
 
 from hpcrub.statistics.percentiles import probability_interval
 
-Z = 2.5758  # normal quantile of each test of a value: 99 %, because a value is tested repeatedly
-FIRST = 20  # disks of a value in its first test
+Z = 2.5758  # normal quantile of each test of a value: 99 %, because tests are repeated
+FIRST_DISKS = 20  # disks of a value in its first test
 GROWTH = 1.5  # factor of the number of disks from one test to the next
 COARSE = 5  # values that are always tested: the probability may rise and fall again
 BELOW, UNKNOWN, ABOVE = -1, 0, 1
@@ -95,5 +95,5 @@ class Search(NamedTuple):
         return int(begun[0] if begun else between[(len(between) - 1) // 2])
 
     def _more(self, value):
-        more = max(FIRST, int(np.ceil(GROWTH * self.n_done[value])))
+        more = max(FIRST_DISKS, int(np.ceil(GROWTH * self.n_done[value])))
         return value, min(more, self.most)

@@ -26,7 +26,7 @@ from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude
 from hpcrub.studies.contact.trials import Trials, peaks_of
 
-FIRST = 64  # disks of every pattern in the first round
+FIRST_DISKS = 64  # disks of every pattern in the first round
 BLOCK = 32  # disks of a task
 _P, _PN = ("pattern",), ("pattern", "sample")
 LAYOUT = (
@@ -74,7 +74,7 @@ def in_letters(word: np.ndarray) -> str:
 def schedule(config: Config, n_patterns: int) -> list[tuple[int, int]]:
     """Number of disks of every pattern in each round, and of patterns in it at most."""
     kept, most = config.patterns.kept, config.mistuning.samples
-    rounds = [(min(FIRST, most), n_patterns)]
+    rounds = [(min(FIRST_DISKS, most), n_patterns)]
     while rounds[-1][0] < most:
         n, n_left = rounds[-1]
         rounds.append((min(2 * n, most), max(kept, -(-n_left // 2))))
