@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hpcrub.statistics.percentiles import Z_95, probability_interval
+from hpcrub.statistics.percentiles import Z_95, probability_interval, side_of
 
 # Normal quantile of an interval that is held against a target again and again as disks are added,
 # 99.5 %: the side of a probability that is the target itself is then named wrongly once in forty
@@ -29,9 +29,7 @@ class Goal(NamedTuple):
 
         n_above: number of events among n independent disks, of any shape.
         """
-        low, high = probability_interval(n_above, n, Z_OF_TESTS)
-        target = np.nan if self.below is None else self.below
-        return (low > target).astype(int) - (high < target)
+        return side_of(np.nan if self.below is None else self.below, n_above, n, Z_OF_TESTS)
 
     def is_met(self, n_above: npt.ArrayLike, n: npt.ArrayLike) -> np.ndarray:
         """Whether probabilities are known well enough from n_above events among n disks."""
