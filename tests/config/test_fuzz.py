@@ -44,15 +44,11 @@ def refused_in_one_line(function, *args):
     return None
 
 
-def assert_read_back(made, folder):
-    """A Config, unless it was refused, is the same from its text and from a small result file."""
-    if made is None:
-        return
-    assert config.Config.from_yaml(made.to_yaml()) == made
-    run = refused_in_one_line(studies.run_of(made).checked)
-    if run and result_files.file_size(run) < 1e6 and refused_in_one_line(lay_out, folder, made):
-        with studies.open_result(folder) as file:
-            assert file.config == made
+def made_of(function, *args):
+    """The Config that a function makes, which is the same from its text; None if it refuses."""
+    made = refused_in_one_line(function, *args)
+    assert made is None or config.Config.from_yaml(made.to_yaml()) == made
+    return made
 
 
 @pytest.fixture(scope="module")
@@ -68,15 +64,18 @@ def path(tmp_path_factory):
 @example("%YAML 9.9\n---\na: 1")
 @example("a: !<x> 1")
 def test_any_text(text):
-    made = refused_in_one_line(config.Config.from_yaml, text)
-    assert made is None or config.Config.from_yaml(made.to_yaml()) == made
+    made_of(config.Config.from_yaml, text)
 
 
 @settings(max_examples=100)
 @given(keys=st.dictionaries(PATHS, VALUES, max_size=4), unknown=st.text(max_size=5))
 def test_any_values(path, keys, unknown):
     keys = {"study": "modal"} | ({unknown: 1} if unknown else {}) | keys
-    assert_read_back(refused_in_one_line(lambda: config.Config(**nested(keys))), path)
+    made = made_of(lambda: config.Config(**nested(keys)))
+    run = made and refused_in_one_line(studies.run_of(made).checked)
+    if run and result_files.file_size(run) < 1e6 and refused_in_one_line(lay_out, path, made):
+        with studies.open_result(path) as file:
+            assert file.config == made
 
 
 @settings(max_examples=30)
@@ -87,7 +86,7 @@ def test_any_file(path, content, overrides):
 
 
 NUMBERS = {
-    "time.step_s": st.floats(1e-12, 1e-2), "speeds.from_hz": st.floats(1e-6, 1e5),
+    "time.step_s": st.floats(1e-10, 1e-2), "speeds.from_hz": st.floats(1e-6, 1e5),
     "history.duration_s": st.floats(1e-3, 1000), "spectrum.step_hz": st.floats(1e-3, 1e4),
     "disk.n_blades": st.integers(2, 200), "disk.blade.n_elements": st.integers(1, 50),
     "casing.n_bumps": st.integers(1, 1000), "mistuning.samples": st.integers(1, 10**12),
@@ -96,14 +95,13 @@ NUMBERS = {
 KINDS = ["contact", "modal", "linear", "time_response", "interaction_map", "branches"]
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(study=st.sampled_from(KINDS), keys=st.fixed_dictionaries({}, optional=NUMBERS))
-def test_the_size_of_anything_allowed_is_known_without_work(path, study, keys):
+def test_the_size_of_anything_allowed_is_known_without_work(study, keys):
     keys |= {"study": study, "reduction.n_modes": 4}
     if "speeds.from_hz" in keys:
         keys["speeds.to_hz"] = keys["speeds.from_hz"]
-    made = refused_in_one_line(lambda: config.Config(**nested(keys)))
-    assert_read_back(made, path)
+    made = made_of(lambda: config.Config(**nested(keys)))
     if made:
         assert memory.estimate(studies.run_of(made)) > 0
         refused_in_one_line(memory.check, studies.run_of(made))

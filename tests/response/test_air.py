@@ -66,19 +66,6 @@ def test_the_linear_response_is_that_of_a_direct_solution(reduced, scene, order)
     assert near.max() == pytest.approx(peak, rel=1e-5)
 
 
-def test_a_load_that_never_meets_a_disk_in_air_sees_its_frequencies_of_the_middle(reduced, scene):
-    """ω² grows by 24 W², W² faster than the load of engine order 4, and λ with it."""
-    modes, order = disk(reduced), 4
-    grows = np.array([np.full(len(modes.omega), 1.5 * order**2), np.zeros(len(modes.omega))])
-    slopes = (grows / modes.omega**2)[:, modes.waves.rows]
-    never = modes._replace(stiffening=grows, waves=modes.waves._replace(slopes=slopes))
-    found, fixed = (
-        linear_peak(one, scene.damping_ratio, 1.0, order, scene.interface, N)
-        for one in (never, modes)
-    )
-    assert found == fixed
-
-
 def test_blades_of_one_mass_never_exceed_the_limits_of_whitehead():
     """A ≤ (1 + √N)/2 of equal waves, and A ≤ ½ [1 + √(ζ_n Σ 1/ζ_r)] of a load of n diameters."""
     omega, drawn = OMEGA, np.random.default_rng(8)  # coupled by the disk
