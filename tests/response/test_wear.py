@@ -144,10 +144,10 @@ def test_a_history_wears_as_the_sweep_does():
         depths.append(piece.worn[0].max())
     assert depths[-1] == swept.wear.depth[0] > 1e-3
     assert (np.diff(depths) >= 0.0).all()
-    for name, values in followed.wear._asdict().items():
+    for name, values in vars(followed.wear).items():
         tolerance = {"rel": 2e-3} if name in ("amplitude", "time") else {"rel": 0.0, "abs": 0.0}
         assert values[0] == pytest.approx(getattr(swept.wear, name)[0], **tolerance), name
-    assert followed.found.status == swept.point_status[0] == NOT_STEADY
+    assert followed.verdict.status == swept.point_status[0] == NOT_STEADY
 
 
 @pytest.mark.parametrize("name", ["planar coated", "spatial coated", "spatial both"])

@@ -177,7 +177,7 @@ def test_a_map_judges_a_point_as_a_sweep_does(tiny_config, rule):
     followed = history.Follower(modes, scene, speed, 0.8)
     for piece in history.integrate(modes, scene, [speed], 0.8):
         followed.take(piece, 0)
-    found = followed.found
+    found = followed.verdict
     assert found.status == sweep.point_status[0]
     assert followed.time == pytest.approx(sweep.time[0], abs=0.1)
     assert found.amplitude == pytest.approx(sweep.amplitude[0], rel=2e-3)

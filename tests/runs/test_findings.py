@@ -5,22 +5,23 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hpcrub import studies
+from hpcrub import effects, studies
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import NOT_FED, NOT_STEADY, RUNAWAY, count
-from hpcrub.runs.verdict import (
-    MOST,
-    REMARK,
-    SINGLE,
-    USELESS,
-    Finding,
-    block,
-    casing,
-    few,
-    kinematics,
-    lost,
-    not_resolved,
-)
+from hpcrub.contact.status import GROWING, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
+from hpcrub.effects.effect import Results
+from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS, Finding, Verdict
+from hpcrub.runs.findings import TIME_KEY, few, kinematics, lost, not_resolved, of_points
+
+
+@pytest.mark.parametrize(("at", "severity"), [(1, USELESS), (0, REMARK)])
+def test_points_that_grow_are_told_once_and_count_where_they_are_peaks(at, severity):
+    """They were counted as points that have not settled, too."""
+    amplitude, states = np.array([[1.0, 2.0, 1.0]]), np.array([[STEADY, STEADY, STEADY]])
+    reasons = np.zeros((1, 3), int)
+    states[0, at], reasons[0, at] = NOT_STEADY, GROWING
+    (found,) = of_points(Config(), amplitude, states, reasons, TIME_KEY)
+    assert found.why == "still growing at 1 of 3 points"
+    assert found.severity == severity
 
 
 @pytest.mark.parametrize(
@@ -51,20 +52,23 @@ def test_what_was_not_resolved_is_no_single_number():
 
 def test_a_verdict_is_that_of_its_weightiest_finding():
     remark, single, useless = (
-        Finding(weight, f"why {weight}", f"do {weight}") for weight in (REMARK, SINGLE, USELESS)
+        Finding(severity, f"why {severity}", f"do {severity}")
+        for severity in (REMARK, SINGLE, USELESS)
     )
-    assert block([]) == ["usable"]
-    assert block([remark]) == ["usable", "do 0"]
+    assert Verdict.of([]).lines == ["usable"]
+    assert Verdict.of([remark]).lines == ["usable", "do 0"]
     of_many = "percentiles usable, single values not: why 1"
-    assert block([remark, single], of_many=True) == [of_many, "do 1", "do 0"]
-    assert block([single]) == ["usable with care: why 1", "do 1"]
-    assert block([single, useless, useless])[0] == "not usable: why 2"
-    assert len(block([remark] * 9)) == 1 + MOST
+    assert Verdict.of([remark, single], of_many=True).lines == [of_many, "do 1", "do 0"]
+    assert Verdict.of([single]).lines == ["usable with care: why 1", "do 1"]
+    assert Verdict.of([single, useless, useless]).words == "not usable: why 2"
+    assert len(Verdict.of([remark] * 9).lines) == 1 + MOST_ADVICE
 
 
 def test_a_casing_that_vibrates_must_be_known():
-    assert not list(casing(Config()))
-    (found,) = casing(Config(casing={"ring": {"thickness_mm": 20}}))
+    config = Config(casing={"ring": {"thickness_mm": 20}})
+    assert [e.name for e in effects.of(Config())] == []
+    (casing,) = effects.of(config)
+    (found,) = casing.findings(Results("contact", config, None))
     assert found.advice.startswith("damping, thickness and radius of the casing can move peaks")
 
 
@@ -85,7 +89,7 @@ def test_motions_outside_small_displacements_are_no_result(millimetres, weight):
     shorter by 0.6 u²/l, so that not even the sign of the sum is that of u²/2R.
     """
     found = list(kinematics(Config(), millimetres / 1e3))
-    assert [finding.weight for finding in found] == ([] if weight is None else [weight])
+    assert [finding.severity for finding in found] == ([] if weight is None else [weight])
     if weight == SINGLE:
         assert "outwards by u²/2R = 4.9 mm" in found[0].advice
         assert "shorter, by about as much; the sum is not known" in found[0].advice
