@@ -80,18 +80,6 @@ def test_time_response(random, law):
     assert words_of in panels[0, 1].get_title()
 
 
-def test_an_envelope_holds_every_value(random):
-    time = np.linspace(0, 1, 7001)
-    values = random.normal(size=(7001, 3))
-    middle, low, high = histories.envelope(time, values)
-    assert len(middle) == histories.BINS
-    assert low.min() == values.min()
-    assert high.max() == values.max()
-    part = np.searchsorted((middle[1:] + middle[:-1]) / 2, time)
-    assert (low[part] <= values.min(axis=1)).all()
-    assert (high[part] >= values.max(axis=1)).all()
-
-
 def ridge(speeds, frequencies, order, centre, width, size):
     """A spectrum that is large where an engine order passes a speed."""
     near = np.exp(-(((speeds - centre) / width) ** 2))
