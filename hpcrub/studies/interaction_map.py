@@ -14,7 +14,7 @@ from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.setup.disks import disks
-from hpcrub.setup.problem import time_grid
+from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.shared import worn
 
@@ -80,7 +80,7 @@ class InteractionMap(StudyInTime):
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
         lowest = config.speeds.from_hz
-        grid = cut_revolution(lowest, time_grid(config))
+        grid = cut_revolution(lowest, scene_of(config))
         longest = grid.kept / (lowest * grid.steps_per_revolution)  # between two records [s]
         if config.spectrum.window_s > config.history.duration_s:
             yield (

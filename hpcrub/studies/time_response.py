@@ -19,7 +19,7 @@ from hpcrub.runs import verdict
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import disks
-from hpcrub.setup.problem import time_grid
+from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.interaction_map import DISKS
 from hpcrub.studies.shared import worn
@@ -67,7 +67,7 @@ _COATING = (
 
 def _times(config):
     """Times of the checks, and those at which the blocks of the history end [s]."""
-    span, grid = (config.speeds.from_hz, config.history.duration_s), time_grid(config)
+    span, grid = (config.speeds.from_hz, config.history.duration_s), scene_of(config)
     turn = cut_revolution(span[0], grid)
     blocks = np.array(history.checks(*span, grid)), np.arange(1, history.n_blocks(*span, turn) + 1)
     return [number / (span[0] * turn.blocks_per_revolution) for number in blocks]
@@ -155,7 +155,7 @@ class TimeResponse(StudyInTime):
         checks, block_ends = _times(config)
         return {
             "disk": len(disks(config)),
-            "time": history.n_records(speed, duration, time_grid(config)),
+            "time": history.n_records(speed, duration, scene_of(config)),
             "point": config.disk.n_points,
             "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
             "casing_angle": N_ANGLES,
