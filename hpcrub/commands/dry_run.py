@@ -10,6 +10,7 @@ from rich.table import Table
 from hpcrub.config.schema import PROFILE
 from hpcrub.config.text import counted, flatten, is_table, show
 from hpcrub.contact import status
+from hpcrub.effects import casing_waves
 from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
@@ -22,7 +23,6 @@ from hpcrub.runs.study import Run
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
-from hpcrub.studies.shared import casing_waves
 
 LONGEST_WORD = 48  # letters of the longest unbroken word, a key with its value, in a table of runs
 

@@ -241,3 +241,8 @@ def _walk(schema):
             yield from below(f"{path}.{name}".removeprefix("."), known(child))
 
     return below("", schema)
+
+
+def percent(share: float) -> str:
+    """A share in per cent with two digits, without an exponent."""
+    return f"{100 * share:.0f}" if share >= 0.1 else f"{100 * share:.2g}"

@@ -19,6 +19,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.legend import Legend
 
 from hpcrub.config.schema import Config
+from hpcrub.effects import EFFECTS
 from hpcrub.errors import InputError
 from hpcrub.plot.families import lost_disks, ordered
 from hpcrub.plot.intervals import WORDS
@@ -34,9 +35,7 @@ ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; width of a symbol with 
 
 NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
     "": ("", lambda config: True),
-    "wear": ("a coating that wears (contact.law: abradable)", lambda c: c.contact.wears),
-    "waves": ("a casing that vibrates (casing.ring)", lambda c: c.casing.vibrates),
-    "air": ("a disk in air (aero.waves)", lambda c: c.aero.exists),
+    **{effect.name: (effect.needed, effect.exists) for effect in EFFECTS},
     "random": (
         "random samples, and this is one explicit pattern (mistuning.pattern)",
         lambda c: c.pattern_deviation is None,

@@ -8,29 +8,30 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from rich.table import Table
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
+from hpcrub.effects.effect import Results
 from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import Progress, amount, print_line
+from hpcrub.ranks.progress import Progress, amount, console, print_item
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import history
 from hpcrub.response.wear import N_ANGLES
-from hpcrub.results.layout import DONE, PENDING, SPEEDS, Dataset
+from hpcrub.results.layout import ANGLE, DONE, PENDING, SPEEDS, Dataset, Values
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Finding, Verdict
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.verdict import Finding
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup import imported, plausibility
 from hpcrub.setup.disks import Disks, disks, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
-ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
 Poll = Callable[[], Any]  # long computations call it often; an exception from it ends the task
-Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
 
 
@@ -165,7 +166,11 @@ class Study:
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file."""
-        return self.datasets
+        return *self.datasets, *self.of_effects(config)
+
+    def of_effects(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets that the effects of an input add."""
+        return tuple(d for e in effects.of(config) for d in e.datasets.get(self.name, ()))
 
     def sizes(self, config: Config) -> Counts:
         """Lengths of dimensions that `Run.known_sizes` lacks, as far as the input tells them."""
@@ -241,18 +246,34 @@ class Study:
         """Lines about the results; the first line stands in a table of several runs."""
         return ()
 
+    def facts(self, file: ResultFile, disk: int = 0) -> Iterator[str]:
+        """Lines about the effects of an input; disk: of a study of whole motions."""
+        results = Results(self.name, file.config, file.read, disk)
+        return (line for effect in effects.of(file.config) for line in effect.lines(results))
+
     def findings(self, file: ResultFile) -> Iterable[Finding]:
         """Findings against the results, for the verdict."""
         return ()
 
-    def verdict(self, file: ResultFile) -> list[str]:
-        """Verdict on the results, followed by lines of advice."""
-        return verdict.block([*verdict.not_resolved(file.warnings), *self.findings(file)])
+    def verdict(self, file: ResultFile) -> Verdict:
+        """Verdict on the results."""
+        results = Results(self.name, file.config, file.read)
+        of_effects = (f for e in effects.of(file.config) for f in e.findings(results))
+        doubts = findings.not_resolved(file.warnings)
+        return Verdict.of([*doubts, *of_effects, *self.findings(file)])
+
+    def answer(self, file: ResultFile, usable: bool, width: int) -> Iterable[str | Table]:
+        """Lines and tables of the results.
+
+        usable: whether the verdict calls them usable; width: of the tables, in letters.
+        """
+        return self.report(file)
 
     def print_results(self, file: ResultFile) -> None:
         """Print verdict and results."""
-        for line in (*verdict.in_words(self.verdict(file)), *self.report(file)):
-            print_line(line)
+        verdict = self.verdict(file)
+        for item in (*verdict.printed(), *self.answer(file, verdict.usable, console().width)):
+            print_item(item)
 
 
 class StudyInTime(Study):
@@ -264,7 +285,7 @@ class StudyInTime(Study):
     @property
     def time_key(self) -> str:
         """Key of the time after which a motion that has not settled ends."""
-        return "history.duration_s" if "history" in self.sections else verdict.TIME_KEY
+        return "history.duration_s" if "history" in self.sections else findings.TIME_KEY
 
     def prepare(self, config: Config) -> Any:
         """Prepare the Problem and the modes of all disks. Raises InputError."""
@@ -284,8 +305,8 @@ class StudyInTime(Study):
         """Findings against the points and amplitudes of all disks, or starts."""
         names = "amplitude_m", "point_status", "point_reason"
         amplitude, states, reasons = map(file.read, names)
-        yield from verdict.of_points(file.config, amplitude, states, reasons, self.time_key)
-        yield from verdict.kinematics(file.config, amplitude)
+        yield from findings.of_points(file.config, amplitude, states, reasons, self.time_key)
+        yield from findings.kinematics(file.config, amplitude)
 
 
 class Run(NamedTuple):
@@ -323,6 +344,8 @@ class Run(NamedTuple):
             "angle": N_ANGLES,
             "task": self.n_tasks,
         }
+        for effect in effects.of(config):
+            of_all |= effect.sizes(config)
         return of_all | self.study.sizes(config)
 
     def constants(self) -> dict[str, Any]:

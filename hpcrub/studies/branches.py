@@ -17,13 +17,13 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.lanes import WIDTHS
-from hpcrub.contact.status import DIVERGED, STEADY
+from hpcrub.contact.status import DIVERGED, POINT_REASON, POINT_STATUS, STEADY
 from hpcrub.model import mistuning
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history, steady
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
+from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
@@ -56,7 +56,7 @@ def follow(
 ) -> SweepResult:
     """Integrate every speed from the final motion of the speed before it; modifies `motion`."""
     order = range(len(speeds_hz))[:: -1 if downwards else 1]
-    whole = SweepResult.empty(len(speeds_hz))
+    whole = SweepResult.empty(len(speeds_hz), scene.n_strips)
     for before, i in zip((None, *order), order, strict=False):
         if before is not None and whole.point_status[before] != DIVERGED:
             for values in motion:

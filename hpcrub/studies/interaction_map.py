@@ -1,22 +1,24 @@
 """Spectra of the tips over a wide range of speeds: which engine order meets which mode."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, POINT_REASON, POINT_STATUS, STEADY
+from hpcrub.effects.effect import History
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
+from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.setup.disks import disks
 from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
-from hpcrub.studies.shared import worn
 
 _DS = ("disk", "speed")
 LAYOUT = (
@@ -64,7 +66,7 @@ class InteractionMap(StudyInTime):
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets for a planar disk or a model file, and for a coating."""
         of_model = () if config.disk.model is None else (AT_SPEED,)
-        return *LAYOUT, *of_model, *worn.layout(config, _DS)
+        return *LAYOUT, *of_model, *self.of_effects(config)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
@@ -128,11 +130,13 @@ class InteractionMap(StudyInTime):
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):
                 continue
-            yield "point_status", (disk, speed), follower.found.status
-            yield "mean_amplitude_m", (disk, speed), follower.found.amplitude
-            yield "mean_error_m", (disk, speed), follower.found.error
-            if scene.coating:
-                yield from worn.of_speed(follower.wear, (disk, speed))
+            yield "point_status", (disk, speed), follower.verdict.status
+            yield "mean_amplitude_m", (disk, speed), follower.verdict.amplitude
+            yield "mean_error_m", (disk, speed), follower.verdict.error
+            motion = History(modes, scene, speeds[lane], partial(getattr, follower, "wear"))
+            for effect in effects.of(config):
+                for name, value in effect.of_history(self.name, motion):
+                    yield name, (disk, speed), value
             spectra = spectrum(window, interval, config.spectrum)
             yield "spectrum_m", (disk, speed), spectra.max(axis=0)
             yield "amplitude_m", (disk, speed), np.abs(window).max()
@@ -165,7 +169,7 @@ class InteractionMap(StudyInTime):
                 f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, "
                 f"{line / speeds[best]:.2f} per turn"
             )
-            yield from (f"{name}: {line}" for line in worn.report(file, disk))
+            yield from (f"{name}: {line}" for line in self.facts(file, disk))
 
 
 STUDY = InteractionMap()

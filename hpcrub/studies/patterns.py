@@ -15,10 +15,10 @@ from hpcrub.config.text import counted
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE, PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
-from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
 from hpcrub.statistics.percentiles import finite
@@ -300,10 +300,10 @@ class PatternStudy(Study):
             yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
         size, done = file.read("contact_amplitude_m"), file.read("contact_status") == DONE
         n_lost, n = (int(np.count_nonzero(done & off)) for off in (~np.isfinite(size), True))
-        yield from verdict.without_result(n_lost, n, "are missing in the percentiles in contact")
-        yield from verdict.unsettled_peaks(file.config, file.read("peak_status"))
-        yield from verdict.kinematics(file.config, size)
-        yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
+        yield from findings.without_result(n_lost, n, "are missing in the percentiles in contact")
+        yield from findings.unsettled_peaks(file.config, file.read("peak_status"))
+        yield from findings.kinematics(file.config, size)
+        yield from findings.few([file.config.patterns.percentile], file.config.mistuning.samples)
 
 
 def _in_words(percentile: float) -> str:

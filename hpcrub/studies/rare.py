@@ -6,18 +6,19 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.effects.effect import largest
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Poll, Study, Values
-from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed
-from hpcrub.studies.contact.amplification import peak, peak_status, peak_stress
+from hpcrub.studies.contact.amplification import peak, peak_status
 from hpcrub.studies.contact.limits import percent, severities
 from hpcrub.studies.threshold import limit_problems
 
@@ -126,7 +127,7 @@ class Rare(Study):
         size, at = peak(result, speeds.values_hz)
         yield "peak_amplitude_m", task, size
         yield "peak_speed_hz", task, at
-        yield "peak_stress_pa", task, peak_stress(result)
+        yield "peak_stress_pa", task, largest(result.stress, speeds.values_hz)[0]
         yield "peak_status", task, peak_status(result, speeds.values_hz)
 
     def expected(self, file: ResultFile) -> int:
@@ -156,12 +157,12 @@ class Rare(Study):
             )  # fmt: skip
         size = file.read("peak_amplitude_m")[computed]
         lost = int(np.count_nonzero(~np.isfinite(size)))
-        yield from verdict.without_result(lost, len(size), verdict.BEYOND)
-        yield from verdict.unsettled_peaks(config, file.read("peak_status")[computed])
+        yield from findings.without_result(lost, len(size), findings.BEYOND)
+        yield from findings.unsettled_peaks(config, file.read("peak_status")[computed])
         if speeds.n_values > 1:
             at = file.read("peak_speed_hz")[computed][size > 0.0]
-            yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
-        yield from verdict.kinematics(config, size)
+            yield from findings.of_peaks(config, np.searchsorted(speeds.values_hz, at))
+        yield from findings.kinematics(config, size)
 
 
 def numbers(config: Config) -> np.ndarray:

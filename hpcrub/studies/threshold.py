@@ -16,10 +16,10 @@ from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
 from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Poll, Study, Values
-from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup import plausibility
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_problem
@@ -228,9 +228,9 @@ class Threshold(Study):
         size = file.read("peak_amplitude_m")
         computed = np.arange(size.shape[1]) < search.n_done[:, None]
         lost = int(np.count_nonzero(computed & ~np.isfinite(size)))
-        yield from verdict.without_result(lost, int(search.n_done.sum()), verdict.BEYOND)
-        yield from verdict.unsettled_peaks(config, file.read("peak_status")[computed])
-        yield from verdict.kinematics(config, size)
+        yield from findings.without_result(lost, int(search.n_done.sum()), findings.BEYOND)
+        yield from findings.unsettled_peaks(config, file.read("peak_status")[computed])
+        yield from findings.kinematics(config, size)
 
 
 def limit_problems(config: Config) -> Iterator[str]:

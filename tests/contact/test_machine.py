@@ -19,7 +19,7 @@ from hpcrub.contact.observers import Record
 from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
-from tests.contact.test_spatial import made_up
+from tests.contact.laws.test_solid import made_up
 from tests.program import ROOT
 
 SPEEDS = np.linspace(29.0, 31.0, 4)

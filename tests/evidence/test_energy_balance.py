@@ -18,7 +18,7 @@ from hpcrub.contact.integrate import run
 from hpcrub.model import casing
 from hpcrub.model.coating import ElasticCasing
 from hpcrub.response.revolution import Grid
-from tests.contact.test_coating import KINDS, rubbing
+from tests.contact.laws.test_coating import KINDS, rubbing
 
 N_BLOCKS, N_STEPS = 2, 2 * REVOLUTION // 4
 LANES = slice(0, len(SPEEDS))

@@ -6,11 +6,12 @@ import pytest
 from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
+from hpcrub.effects import EFFECTS, casing_motion
 from hpcrub.plot import histories, maps
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.wear import GROOVE, INNER
 from hpcrub.results.layout import DONE
-from hpcrub.studies.shared import casing_motion
+from hpcrub.studies.contact.survey import for_effects
 from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines, words
 from tests.plot.stored import PATTERN, PHYSICS, File, N, contact_file, modal_file
 from tests.program import TINY
@@ -197,6 +198,9 @@ def test_safe():
     assert "order 4 at 23.25 Hz" in met.get_label()
 
 
+(CASING,) = (effect for effect in EFFECTS if effect.name == "waves")
+
+
 def ring_file(random, text=TINY, shape=(2, N)):
     """A contact study in a casing that vibrates."""
     file = contact_file(random, f"{text}casing: {{ring: {{thickness_mm: 20}}}}\n", shape)
@@ -220,7 +224,7 @@ def test_the_disk_of_a_pattern_is_in_every_panel_of_a_casing_that_vibrates(rando
     assert "mistuned disk" in said
     assert "samples" not in said
     assert "share" not in said
-    assert "percentiles" not in " ".join(casing_motion.lines(file, 1))
+    assert "percentiles" not in " ".join(CASING.lines(for_effects(file)))
 
 
 @pytest.mark.parametrize(("n_speeds", "width"), [(3, 0.2), (1, 1.0)])

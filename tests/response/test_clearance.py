@@ -48,7 +48,7 @@ def test_every_speed_has_the_clearance_of_the_table(law):
         alone = swept(speeds=[speed], clearance=found, **LAWS[law])
         np.testing.assert_equal(at_speed(alone, 0), at_speed(whole, i))
     level = swept(running=((30.0, 0.25e-3), (36.0, 0.25e-3)), **LAWS[law])
-    np.testing.assert_equal(level.arrays, swept(clearance=0.25e-3, **LAWS[law]).arrays)
+    np.testing.assert_equal(level.by_name(), swept(clearance=0.25e-3, **LAWS[law]).by_name())
 
 
 def test_a_speed_whose_clearance_is_out_of_reach_stays_at_rest():
@@ -61,7 +61,7 @@ def test_a_speed_whose_clearance_is_out_of_reach_stays_at_rest():
 def test_blades_that_are_all_shorter_are_a_casing_that_is_wider():
     part = 2.0**-14  # adds without rounding
     found = swept(own=np.full(12, part), clearance=2.0**-12)
-    np.testing.assert_equal(found.arrays, swept(clearance=2.0**-12 + part).arrays)
+    np.testing.assert_equal(found.by_name(), swept(clearance=2.0**-12 + part).by_name())
 
 
 def test_a_blade_takes_its_own_part_with_it():

@@ -1,7 +1,7 @@
 """A contact law of one's own, named in an input: the bits of Python on any ranks, and refusals.
 
-The law is that of `inputs/spring_law.py`, which `tests.contact.test_laws` holds against an exact
-motion.
+The law is that of `inputs/spring_law.py`, which `tests.contact.laws.test_laws` holds against an
+exact motion.
 """
 
 import shutil

@@ -18,7 +18,7 @@ from hpcrub.errors import InputError
 from hpcrub.model.casing import noise_left, smoothed
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.runs import memory
-from hpcrub.runs.verdict import not_resolved, unsettled
+from hpcrub.runs.findings import not_resolved, unsettled
 from hpcrub.setup import input_files, plausibility
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result

@@ -7,6 +7,7 @@ several initial states: the sweep from rest, whole histories that go on, a sweep
 """
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -177,7 +178,7 @@ def test_a_map_judges_a_point_as_a_sweep_does(tiny_config, rule):
     followed = history.Follower(modes, scene, speed, 0.8)
     for piece in history.integrate(modes, scene, [speed], 0.8):
         followed.take(piece, 0)
-    found = followed.found
+    found = followed.verdict
     assert found.status == sweep.point_status[0]
     assert followed.time == pytest.approx(sweep.time[0], abs=0.1)
     assert found.amplitude == pytest.approx(sweep.amplitude[0], rel=2e-3)
@@ -326,7 +327,7 @@ def test_every_speed_follows_the_one_before(monkeypatch, downwards):
     first = [-1.0, -2.0, -3.0, -4.0]
     given = Motion(*(np.full((5, 3), value) for value in first))
     speeds = np.linspace(30.0, 34.0, 5)
-    result = branches.follow(None, None, speeds, given, downwards, None)
+    result = branches.follow(None, SimpleNamespace(n_strips=0), speeds, given, downwards, None)
     order, step = ([4, 3, 2, 1, 0], 1) if downwards else ([0, 1, 2, 3, 4], -1)
     assert list(begun) == order
     for i in order:

@@ -10,8 +10,8 @@ import pytest
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.ranks.progress import duration
+from hpcrub.results.verdict import USELESS
 from hpcrub.runs import cost
-from hpcrub.runs.verdict import USELESS
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.studies import open_result
 from hpcrub.studies.threshold import STUDY as THRESHOLD
@@ -137,7 +137,7 @@ def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
         assert exceeds(file)[0, : n[0]].all()
         (lost,) = (f for f in THRESHOLD.findings(file) if "no result" in f.why)
     assert lost.why == f"{n[0]} of {n.sum()} disks have no result"
-    assert lost.weight == USELESS
+    assert lost.severity == USELESS
 
 
 @pytest.mark.parametrize("override", REFUSED)

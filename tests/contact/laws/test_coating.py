@@ -24,8 +24,8 @@ from hpcrub.model.casing import ramp
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid, cut_revolution
+from tests.contact.laws.test_solid import integrate, made_up
 from tests.contact.test_kernel import integrate_lanes, plain_python
-from tests.contact.test_spatial import integrate, made_up
 from tests.program import whole
 
 
