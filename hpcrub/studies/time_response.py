@@ -21,7 +21,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
 from hpcrub.runs import findings
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import disks
+from hpcrub.setup.disks import fixed_disks
 from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.interaction_map import DISKS
@@ -135,7 +135,7 @@ class TimeResponse(StudyInTime):
         speed, duration = config.speeds.from_hz, config.history.duration_s
         checks, block_ends = _times(config)
         return {
-            "disk": len(disks(config)),
+            "disk": len(fixed_disks(config)),
             "time": history.n_records(speed, duration, scene_of(config)),
             "point": config.disk.n_points,
             "check": len(checks),
@@ -146,7 +146,7 @@ class TimeResponse(StudyInTime):
         """The disks and the times of the checks."""
         checks, block_ends = _times(config)
         return {
-            "deviation": disks(config),
+            "deviation": fixed_disks(config),
             "check_s": checks,
             "window_s": config.steady_state.window_revolutions / config.speeds.from_hz,
             "block_s": block_ends,
@@ -162,9 +162,9 @@ class TimeResponse(StudyInTime):
                 "speed"
             )
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Integrate one disk in time and test its steady state, or tell why it diverged."""
-        scene, modes = problem.problem.scene, problem.modes[task]
+        scene, modes = prepared.problem.scene, prepared.modes[task]
         speed, duration = config.speeds.from_hz, config.history.duration_s
         followed = history.Follower(modes, scene, speed, duration)
         pieces = history.integrate(modes, scene, np.array([speed]), duration, poll=poll)

@@ -23,9 +23,8 @@ from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.runs.study import Job
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics import percentiles
-from hpcrub.studies.contact import amplification
+from hpcrub.studies.contact import amplification, findings
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import findings
 from hpcrub.studies.contact.layout import kinds
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
 
