@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.config.checks import idle
+from hpcrub.config.checks import keys_without_effect
 from hpcrub.config.schema import Config
 from hpcrub.config.study_keys import MOST_VALUES
 from hpcrub.config.text import flatten
@@ -87,7 +87,7 @@ class Threshold(Trials):
             except InputError as error:
                 yield f"threshold.key: {value:g}: {error}"
                 return
-        for line in idle(at_value(config, config.threshold.highest)):
+        for line in keys_without_effect(at_value(config, config.threshold.highest)):
             if line.startswith(f"{key}:"):
                 yield f"threshold.key: {line}"
 
