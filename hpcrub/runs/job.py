@@ -1,4 +1,4 @@
-"""Jobs, in which ranks compute what a result file lacks, round after round."""
+"""A run in progress: ranks compute rounds of tasks, and write their results."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -43,9 +43,10 @@ class Job:
     ) -> None:
         """Create a job that has not begun.
 
-        run: a `study.Run`; prepared: returned by the study's `prepare`; file: open for writing on
-        all ranks; progress: needed on rank 0 to compute; phase: called with the name of every phase
-        that begins.
+        - run: a `Run`; prepared: returned by its study's `prepare`.
+        - file: open for writing on all ranks.
+        - progress: needed on rank 0 to compute.
+        - phase: called with the name of every phase that begins.
         """
         self.study, self.config = run
         self.team, self.prepared, self.file = team, prepared, file

@@ -24,7 +24,7 @@ from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.job import Job, Round
 from hpcrub.setup import imported, plausibility
-from hpcrub.setup.disks import Disks, disks, modes_of
+from hpcrub.setup.disks import Disks, fixed_disks, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
@@ -89,7 +89,9 @@ class Study:
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings about what a study that integrates does not resolve; prepared: by `prepare`."""
-        yield from plausibility.warnings(config, self.problem_of(prepared))
+        problem = self.problem_of(prepared)
+        yield from plausibility.warnings(config, problem)
+        yield from (w for e in effects.of(config) for w in e.warnings(config, problem))
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Numbers of periods around the disk of the loads whose linear responses it computes."""
@@ -99,10 +101,10 @@ class Study:
         """Number of independent tasks."""
         return 1
 
-    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: Any, poll: Poll) -> Iterator[Values]:
         """Yield the results of one task: (dataset, where in it, values).
 
-        problem: returned by `prepare`; task: its index in the dataset `status`.
+        prepared: by `prepare`; task: its index in the dataset `status`.
         """
         raise NotImplementedError
 
@@ -183,15 +185,15 @@ class StudyInTime(Study):
     def prepare(self, config: Config) -> Any:
         """Prepare the Problem and the modes of all disks. Raises InputError."""
         problem = build_problem(config)
-        return Disks(problem, [modes_of(config, problem, blades) for blades in disks(config)])
+        return Disks(problem, [modes_of(config, problem, blades) for blades in fixed_disks(config)])
 
     def n_tasks(self, config: Config) -> int:
         """Number of disks times number of groups of speeds."""
-        return len(disks(config)) * len(history.groups(config.speeds.values_hz))
+        return len(fixed_disks(config)) * len(history.groups(config.speeds.values_hz))
 
     def cost(self, config: Config) -> Cost:
         """Histories of every disk over the whole duration."""
-        n_disks = len(disks(config))
+        n_disks = len(fixed_disks(config))
         return Cost(histories=n_disks * config.history.duration_s, disks=n_disks)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:

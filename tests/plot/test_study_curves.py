@@ -7,7 +7,7 @@ from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.effects import EFFECTS, casing_motion
-from hpcrub.plot import histories, maps
+from hpcrub.plot import maps
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.wear import GROOVE, INNER
 from hpcrub.results.layout import DONE
@@ -78,18 +78,6 @@ def test_time_response(random, law):
     last = 1e3 * file.read("tangential_m", 1)[close, 4]  # with its offset, and without
     words_of = f"{np.abs(last).max():.3g} mm,\nhalf of peak to peak {np.ptp(last) / 2:.3g} mm"
     assert words_of in panels[0, 1].get_title()
-
-
-def test_an_envelope_holds_every_value(random):
-    time = np.linspace(0, 1, 7001)
-    values = random.normal(size=(7001, 3))
-    middle, low, high = histories.envelope(time, values)
-    assert len(middle) == histories.BINS
-    assert low.min() == values.min()
-    assert high.max() == values.max()
-    part = np.searchsorted((middle[1:] + middle[:-1]) / 2, time)
-    assert (low[part] <= values.min(axis=1)).all()
-    assert (high[part] >= values.max(axis=1)).all()
 
 
 def ridge(speeds, frequencies, order, centre, width, size):
