@@ -120,6 +120,10 @@ class Study:
         """How much the study will compute, in words, if that depends on its results; else ""."""
         return ""
 
+    def parts(self, file: ResultFile) -> np.ndarray:
+        """Status of all parts of a file, of any shape."""
+        return file.status
+
     def next_round(self, file: ResultFile) -> Round:
         """Tasks that are computed next, and what the results in the file tell so far (rank 0)."""
         return Round(np.flatnonzero(file.status == PENDING).tolist())
@@ -135,7 +139,7 @@ class Study:
         expected = self.next_round(file).expected
         if expected and self.is_enough(file):
             expected = 0
-        return amount(n_done, file.status.size, expected, self.unit)
+        return amount(n_done, self.parts(file).size, expected, self.unit)
 
     def report(self, file: ResultFile) -> Iterable[str]:
         """Lines about the results; the first line stands in a table of several runs."""

@@ -184,6 +184,10 @@ class PatternStudy(Trials):
         contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
         return Cost(contact, disks=n_linear(config, n_patterns) + contact)
 
+    def parts(self, file: ResultFile) -> np.ndarray:
+        """Status of all disks of the linear analysis, and in contact."""
+        return np.hstack([file.read("status"), file.read("contact_status")])
+
     def next_round(self, file: ResultFile) -> Round:
         """Pending disks of the next round of linear analyses; at the end, those in contact."""
         rounds = Rounds(file)
@@ -191,7 +195,7 @@ class PatternStudy(Trials):
         known["types"] = rounds.words
         if rounds.missing is None:
             tasks = rounds.missing_in_contact()
-            n_all = int(np.count_nonzero(rounds.status)) + len(tasks)
+            n_all = int(np.count_nonzero(self.parts(file))) + len(tasks)
             how = "disks in contact", "contact_status"
             return Round(tasks, known, n_all, *how, told=rounds.words)
         here, n = rounds.missing
