@@ -4,6 +4,7 @@ Results are *severities*: the largest amplitude or stress as a part of its limit
 beyond a limit when its severity is above 1.
 """
 
+import bisect
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from hpcrub.statistics.percentiles import Z_95, probability_interval, side_of
 # 99.5 %: the side of a probability that is the target itself is then named wrongly once in forty
 # studies.
 Z_OF_TESTS = 2.807
-MOST_DISKS = 1e12  # largest number of disks
+MOST_DISKS = 10**12  # largest number of disks
 
 
 class Goal(NamedTuple):
@@ -47,11 +48,8 @@ def n_needed(goal: Goal, chance: float) -> int:
 
     chance: probability of an event. The number is at most MOST_DISKS.
     """
-    low, high = 0.0, np.log(MOST_DISKS)
-    for _ in range(40):
-        n = np.exp((low + high) / 2.0)
-        low, high = (low, np.log(n)) if goal.is_met(n * chance, n) else (np.log(n), high)
-    return int(np.ceil(np.exp(high) - 1e-6))
+    numbers = range(1, MOST_DISKS)
+    return 1 + bisect.bisect_left(numbers, True, key=lambda n: bool(goal.is_met(n * chance, n)))
 
 
 def extrapolated(severity: np.ndarray, at: np.ndarray, runs: int = 20) -> dict[str, np.ndarray]:
