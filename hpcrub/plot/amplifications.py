@@ -63,7 +63,7 @@ def draw_curves(
     axes.margins(y=0.18)  # room for the arrows of open ends
 
 
-def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
+def explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
     """Add the colours, and the markers of the percentiles, to the legend."""
     for look in looks:
         axes.plot([], [], look.style, color=look.colour, label=look.word)
@@ -74,7 +74,7 @@ def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
 def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> None:
     """Draw percentiles of both amplifications of a file over x (V,), one for every level."""
     at = file.config.convergence.percentiles
-    _explain(axes, [CONTACT, LINEAR], at)
+    explain(axes, [CONTACT, LINEAR], at)
     for (name, look), place in zip(RATIOS, (-1, 1), strict=True):
         shared = shared_uncertainty(file, name)
         draw_curves(axes, x, finished(file, name), at, look, shared, place, from_one)
@@ -126,7 +126,7 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
     """Draw percentiles of both amplifications at the widest level of files, a row for each file."""
     for row, file in enumerate(files):
         at = file.config.convergence.percentiles
-        _explain(axes, [CONTACT, LINEAR._replace(style="-")], at)
+        explain(axes, [CONTACT, LINEAR._replace(style="-")], at)
         among = PERCENTILE_SHIFT * (np.arange(len(at)) - 0.5 * (len(at) - 1)) * 3 / max(3, len(at))
         for (name, look), beside in zip(RATIOS, (-ROW_SHIFT, ROW_SHIFT), strict=True):
             values, height = finished(file, name)[-1], row + beside + among
@@ -208,7 +208,7 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
     for d, panel in enumerate(axes):
         values = [finite(level) for level in file.read("amplification", (slice(None), d))]
         at = file.config.convergence.percentiles
-        _explain(panel, [LINEAR], at)
+        explain(panel, [LINEAR], at)
         draw_curves(panel, sigma, values, at, LINEAR)
         if file.config.aero.exists:
             draw_limit(panel, file, d)
