@@ -15,6 +15,7 @@ from hpcrub.results import model_file
 from tests.program import (
     BLISK,
     TINY,
+    computed,
     datasets,
     end_of_log,
     error_lines,
@@ -165,9 +166,7 @@ def spatial(tmp_path_factory):
 
 
 def on_one_rank(folder, text):
-    (folder / "study.yaml").write_text(text)
-    assert run_here("study.yaml", "--output", "serial.h5", folder=folder) == 0
-    return folder, datasets(folder / "serial.h5")
+    return folder, datasets(computed(folder, text, output="serial.h5"))
 
 
 @pytest.fixture
