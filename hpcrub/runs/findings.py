@@ -81,6 +81,20 @@ def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
         yield Finding(severity, words, f"{words} at any speed, and {meaning}")
 
 
+def of_disks(
+    config: Config, sizes: np.ndarray, states: np.ndarray, meaning: str = BEYOND
+) -> Iterator[Finding]:
+    """Findings against the largest amplitudes of the disks that were computed, of any shape.
+
+    sizes [m]: not finite without a result; states: codes of ``status`` of their points; meaning:
+    of a disk without a result.
+    """
+    n_lost = int(np.count_nonzero(~np.isfinite(sizes)))
+    yield from without_result(n_lost, sizes.size, meaning)
+    yield from unsettled_peaks(config, states)
+    yield from kinematics(config, sizes[np.isfinite(sizes)])
+
+
 def unsettled(
     config: Config, n_lost: int, n: int, of: str, key: str = TIME_KEY
 ) -> Iterator[Finding]:

@@ -12,7 +12,7 @@ from hpcrub.errors import InputError
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.runs.study import Run
-from hpcrub.setup.problem import time_grid
+from hpcrub.setup.problem import scene_of
 
 DENSE = 8  # matrices of the full model in memory at once
 FILL = 60  # bytes of a factorisation for each byte of the file of an unreduced model
@@ -34,7 +34,7 @@ def estimate(run: Run) -> int:
     rows = (NUMBER if study.of_tasks else SAMPLE) * n_parts
     integration = 0
     if study.integrates:
-        speed, scene = config.speeds.from_hz, time_grid(config)
+        speed, scene = config.speeds.from_hz, scene_of(config)
         grid = cut_revolution(speed, scene)
         per_revolution = grid.steps_per_revolution // grid.stride
         records = per_revolution * config.steady_state.window_revolutions

@@ -1,9 +1,8 @@
-"""Base classes of studies, their runs, and jobs in which ranks compute independent tasks.
+"""Base classes of studies, and their runs.
 
 A study is a module of `hpcrub/studies` with a subclass of `Study` and an instance of it, `STUDY`.
 """
 
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -15,19 +14,17 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.effects.effect import Results
 from hpcrub.errors import InputError
-from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import Progress, amount, console, print_item
-from hpcrub.ranks.runlog import Work
+from hpcrub.ranks.progress import amount, console, print_item
 from hpcrub.response import history
 from hpcrub.response.wear import N_ANGLES
-from hpcrub.results.layout import ANGLE, DONE, PENDING, SPEEDS, Dataset, Values
+from hpcrub.results.layout import ANGLE, PENDING, SPEEDS, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding, Verdict
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.warmup import warm_up
+from hpcrub.runs.job import Job, Round
 from hpcrub.setup import imported, plausibility
-from hpcrub.setup.disks import Disks, disks, modes_of
+from hpcrub.setup.disks import Disks, fixed_disks, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
@@ -35,114 +32,12 @@ Poll = Callable[[], Any]  # long computations call it often; an exception from i
 Counts = dict[str, int]
 
 
-class Job:
-    """A run in progress; its file may already hold some of the results.
-
-    It computes rounds of tasks: a round begins when all tasks of the one before are in the file.
-    Independent tasks form one round.
-    """
-
-    def __init__(
-        self,
-        run: "Run",
-        team: Team,
-        prepared: Any,
-        file: ResultFile,
-        progress: Progress | None = None,
-        phase: Callable[[str], None] = lambda name: None,
-    ) -> None:
-        """Create a job that has not begun.
-
-        prepared: returned by the study's `prepare`; file: open for writing on all ranks; progress:
-        needed on rank 0 to compute; phase: called with the name of every phase that begins.
-        """
-        self.study, self.config = run
-        self.team, self.prepared, self.file = team, prepared, file
-        self.progress, self.phase = progress, phase
-        self.work = Work()  # done so far, on rank 0
-        self.n_before = 0  # tasks of it that do not tell the time left
-        # parts that are probably needed; 0: not known; None: all
-        self.expected: int | None = None
-        self.status = np.zeros(0, dtype=np.uint8)  # of every part of the job, on rank 0
-        self.round: Any = None  # result of `_next`
-
-    def run(self) -> None:
-        """Compute and write all missing results, round after round (all ranks).
-
-        Raises Interrupted on all ranks after a stop signal; finished results are in the file.
-        """
-        self.round = self.team.on_root(self._take_stock)
-        if self.round and self.study.integrates:
-            self.load_kernel()
-        self.phase(self.study.unit)
-        while self.round:
-            tasks = self._tasks() if self.team.rank == 0 else ()
-            self.team.run_tasks(tasks, self._compute, self._collect)
-            self.round = self.team.on_root(self._next)
-
-    def load_kernel(self) -> None:
-        """Compile the kernel, or load it, before anything is measured (all ranks)."""
-        self.phase("loading the kernel")
-        problem = self.study.problem_of(self.prepared)
-        warm_up(self.team, self.config, problem, self.study.histories)
-        self.begin()
-
-    def begin(self) -> None:
-        """Tell the time left by the tasks from now on, because those before took another time."""
-        if self.progress:
-            self.progress.began, self.n_before = time.monotonic(), self.work.n_done
-
-    def n_done(self) -> tuple[int, int]:
-        """Number of finished parts of the job, and of all parts (rank 0)."""
-        return int(np.count_nonzero(self.status != PENDING)), self.status.size
-
-    def require_results(self) -> None:
-        """Raise HpcrubError when all of the job has failed (rank 0); tasks never fail."""
-
-    def summary(self, seconds: float) -> None:
-        """Print verdict and results (rank 0); seconds: wall time of this run."""
-        self.study.print_results(self.file)
-
-    def _take_stock(self):
-        self.status = self.file.status
-        return self._next()
-
-    def _next(self):
-        """Description of the next round for all ranks, false when all is done (rank 0)."""
-        return int(np.count_nonzero(self.status == PENDING))
-
-    def _tasks(self):
-        """Tasks of the round (rank 0)."""
-        return map(int, np.flatnonzero(self.status == PENDING))
-
-    def _compute(self, task, poll):
-        """Compute and write one task. Returns its duration [s]."""
-        start = time.perf_counter()
-        for name, where, values in self._pieces(task, poll):
-            self.file.write({name: values}, where)
-        return time.perf_counter() - start
-
-    def _pieces(self, task, poll):
-        """Results of a task, its status last: (dataset, where in it, values)."""
-        yield from self.study.compute(self.config, self.prepared, task, poll)
-        yield "status", task, DONE
-
-    def _collect(self, task, seconds):
-        self.status[task] = DONE
-        self._count(self.study.unit, seconds)
-
-    def _count(self, what, seconds):
-        """Count a task that took some seconds, and tell how far the job is; what: parts of it."""
-        self.work += Work(1, 0, seconds)
-        self.progress.part(what, *self.n_done(), self.work.n_done - self.n_before, self.expected)
-
-
 class Study:
     """One kind of study: the contents of its result file, and their computation.
 
     A subclass defines `name`, `what`, `datasets` or `layout`, and `compute`; the rest has defaults.
     `layout`, `sizes` and `constants` describe the file before anything is computed.
-    A study without independent tasks has a `job` of its own, as `contact` has.
+    A study whose results tell what to compute next has a `next_round`; `contact` has its own `job`.
     """
 
     name: str
@@ -157,12 +52,8 @@ class Study:
     integrates = False  # whether it integrates in time, with the contact kernel
     histories = False  # whether it keeps whole motions, not only amplitudes
     job: type[Job] = Job  # class that computes a run on all ranks
+    of_tasks = True  # whether it consists of independent tasks; else `layout` has the status
     unit = "tasks"  # name of the parts of the job
-
-    @property
-    def of_tasks(self) -> bool:
-        """Whether the study consists of independent tasks."""
-        return self.job is Job
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file."""
@@ -198,7 +89,9 @@ class Study:
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings about what a study that integrates does not resolve; prepared: by `prepare`."""
-        yield from plausibility.warnings(config, self.problem_of(prepared))
+        problem = self.problem_of(prepared)
+        yield from plausibility.warnings(config, problem)
+        yield from (w for e in effects.of(config) for w in e.warnings(config, problem))
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Numbers of periods around the disk of the loads whose linear responses it computes."""
@@ -208,10 +101,10 @@ class Study:
         """Number of independent tasks."""
         return 1
 
-    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: Any, poll: Poll) -> Iterator[Values]:
         """Yield the results of one task: (dataset, where in it, values).
 
-        problem: returned by `prepare`; task: its index in the dataset `status`.
+        prepared: by `prepare`; task: its index in the dataset `status`.
         """
         raise NotImplementedError
 
@@ -227,17 +120,19 @@ class Study:
         """How much the study will compute, in words, if that depends on its results; else ""."""
         return ""
 
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether a file is complete although some of its parts are missing."""
-        return False
+    def next_round(self, file: ResultFile) -> Round:
+        """Tasks that are computed next, and what the results in the file tell so far (rank 0)."""
+        return Round(np.flatnonzero(file.status == PENDING).tolist())
 
-    def expected(self, file: ResultFile) -> int | None:
-        """Number of parts that are probably needed; 0: not known; None: all."""
-        return None
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether a file is complete, although some of its parts may be missing."""
+        last = self.next_round(file)
+        there = (np.array_equal(file.read(n), v, equal_nan=True) for n, v in last.known.items())
+        return not last.tasks and all(there)
 
     def amount_done(self, file: ResultFile, n_done: int) -> str:
         """How many parts of a file are done, of those that are expected, in words."""
-        expected = self.expected(file)
+        expected = self.next_round(file).expected
         if expected and self.is_enough(file):
             expected = 0
         return amount(n_done, file.status.size, expected, self.unit)
@@ -290,15 +185,15 @@ class StudyInTime(Study):
     def prepare(self, config: Config) -> Any:
         """Prepare the Problem and the modes of all disks. Raises InputError."""
         problem = build_problem(config)
-        return Disks(problem, [modes_of(config, problem, blades) for blades in disks(config)])
+        return Disks(problem, [modes_of(config, problem, blades) for blades in fixed_disks(config)])
 
     def n_tasks(self, config: Config) -> int:
         """Number of disks times number of groups of speeds."""
-        return len(disks(config)) * len(history.groups(config.speeds.values_hz))
+        return len(fixed_disks(config)) * len(history.groups(config.speeds.values_hz))
 
     def cost(self, config: Config) -> Cost:
         """Histories of every disk over the whole duration."""
-        n_disks = len(disks(config))
+        n_disks = len(fixed_disks(config))
         return Cost(histories=n_disks * config.history.duration_s, disks=n_disks)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:

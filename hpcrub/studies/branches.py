@@ -27,7 +27,7 @@ from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import disks
+from hpcrub.setup.disks import fixed_disks
 from hpcrub.statistics import coexistence
 
 _SS = ("start", "speed")
@@ -116,7 +116,7 @@ class Branches(StudyInTime):
 
     def constants(self, config: Config) -> dict[str, Any]:
         """Stiffness deviations of the disk."""
-        return {"deviation": disks(config)[-1]}
+        return {"deviation": fixed_disks(config)[-1]}
 
     def prepare(self, config: Config) -> Any:
         """Problem and modes, with few lanes for continuations, which take a speed at a time."""
@@ -134,9 +134,9 @@ class Branches(StudyInTime):
         n, revolutions = self.n_tasks(config), N_WINDOWS * config.steady_state.window_revolutions
         return Cost(2 * 8 + n - 2, n * revolutions / config.speeds.from_hz, 1)
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Integrate all speeds from one initial state."""
-        scene, modes = problem.problem.scene, problem.modes[-1]
+        scene, modes = prepared.problem.scene, prepared.modes[-1]
         name, speeds = starts(config)[task], config.speeds.values_hz
         motion = Motion.at_rest(len(speeds), modes.n_rows)
         if name in ("up", "down"):

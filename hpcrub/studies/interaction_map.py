@@ -16,8 +16,8 @@ from hpcrub.response.revolution import cut_revolution
 from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import disks
-from hpcrub.setup.problem import time_grid
+from hpcrub.setup.disks import fixed_disks
+from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
 
 _DS = ("disk", "speed")
@@ -70,19 +70,19 @@ class InteractionMap(StudyInTime):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
-        return {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
+        return {"frequency": config.spectrum.n_frequencies, "disk": len(fixed_disks(config))}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """Frequencies of the spectra, and stiffness deviations of the disks."""
         return {
             "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
-            "deviation": disks(config),
+            "deviation": fixed_disks(config),
         }
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
         lowest = config.speeds.from_hz
-        grid = cut_revolution(lowest, time_grid(config))
+        grid = cut_revolution(lowest, scene_of(config))
         longest = grid.kept / (lowest * grid.steps_per_revolution)  # between two records [s]
         if config.spectrum.window_s > config.history.duration_s:
             yield (
@@ -100,11 +100,11 @@ class InteractionMap(StudyInTime):
                 f"{config.spectrum.window_s} s of history.duration_s, {config.history.duration_s}"
             )
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Compute the spectra of one disk at a group of speeds, or why speeds have diverged."""
-        scene, groups = problem.problem.scene, history.groups(config.speeds.values_hz)
+        scene, groups = prepared.problem.scene, history.groups(config.speeds.values_hz)
         disk, number = divmod(task, len(groups))
-        modes, group = problem.modes[disk], groups[number]
+        modes, group = prepared.modes[disk], groups[number]
         speeds, duration = config.speeds.values_hz[group], config.history.duration_s
         followers, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
         for piece in history.integrate(modes, scene, speeds, duration, poll=poll):

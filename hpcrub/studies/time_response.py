@@ -21,8 +21,8 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
 from hpcrub.runs import findings
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import disks
-from hpcrub.setup.problem import time_grid
+from hpcrub.setup.disks import fixed_disks
+from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.interaction_map import DISKS
 
@@ -50,7 +50,7 @@ LAYOUT = (
 
 def _times(config):
     """Times of the checks, and those at which the blocks of the history end [s]."""
-    span, grid = (config.speeds.from_hz, config.history.duration_s), time_grid(config)
+    span, grid = (config.speeds.from_hz, config.history.duration_s), scene_of(config)
     turn = cut_revolution(span[0], grid)
     blocks = np.array(history.checks(*span, grid)), np.arange(1, history.n_blocks(*span, turn) + 1)
     return [number / (span[0] * turn.blocks_per_revolution) for number in blocks]
@@ -135,8 +135,8 @@ class TimeResponse(StudyInTime):
         speed, duration = config.speeds.from_hz, config.history.duration_s
         checks, block_ends = _times(config)
         return {
-            "disk": len(disks(config)),
-            "time": history.n_records(speed, duration, time_grid(config)),
+            "disk": len(fixed_disks(config)),
+            "time": history.n_records(speed, duration, scene_of(config)),
             "point": config.disk.n_points,
             "check": len(checks),
             "block": len(block_ends),
@@ -146,7 +146,7 @@ class TimeResponse(StudyInTime):
         """The disks and the times of the checks."""
         checks, block_ends = _times(config)
         return {
-            "deviation": disks(config),
+            "deviation": fixed_disks(config),
             "check_s": checks,
             "window_s": config.steady_state.window_revolutions / config.speeds.from_hz,
             "block_s": block_ends,
@@ -162,9 +162,9 @@ class TimeResponse(StudyInTime):
                 "speed"
             )
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Integrate one disk in time and test its steady state, or tell why it diverged."""
-        scene, modes = problem.problem.scene, problem.modes[task]
+        scene, modes = prepared.problem.scene, prepared.modes[task]
         speed, duration = config.speeds.from_hz, config.history.duration_s
         followed = history.Follower(modes, scene, speed, duration)
         pieces = history.integrate(modes, scene, np.array([speed]), duration, poll=poll)

@@ -7,7 +7,7 @@ from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.effects import EFFECTS, casing_motion
-from hpcrub.plot import histories, maps
+from hpcrub.plot import maps
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.wear import GROOVE, INNER
 from hpcrub.results.layout import DONE
@@ -145,16 +145,6 @@ def test_branches(random):
     (grey,) = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
     assert (grey.x0, grey.x1) == pytest.approx((34.3, 34.5))
     assert "motions differ by more than 3 %" in axes.figure.legends[0].get_title().get_text()
-
-
-def test_the_casing_of_the_animation_has_the_clearance_of_its_speed():
-    """Between two bumps 0.13 mm, whatever clearance_mm says."""
-    config = Config(
-        speeds={"from_hz": 34.5, "to_hz": 34.5},
-        casing={"n_bumps": 4, "clearance_hz_mm": [[34, 0.14], [35, 0.12]]},
-    )
-    file = File(config.to_yaml())
-    assert histories._room(file, 1.0, np.pi / 4) == pytest.approx(0.13e-3)
 
 
 def test_casing():

@@ -23,7 +23,7 @@ from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE
 from hpcrub.runs import warmup
-from hpcrub.runs.study import Job
+from hpcrub.runs.job import Job
 from hpcrub.setup.problem import build_problem
 from tests.program import ENVIRONMENT, ROOT, TINY, command, error_lines, run, run_here
 
@@ -99,7 +99,8 @@ def test_the_time_left_is_told_for_the_parts_that_are_expected(expected, capsys)
     """
     run = studies.run_of(Config(study="linear"))
     job = Job(run, Team(), None, None, progress.Progress(run.config))
-    job.status, job.work, job.expected = np.repeat(np.uint8([1, 0]), [49, 101]), Work(20), expected
+    job.status, job.n_finished = np.repeat(np.uint8([1, 0]), [49, 101]), 49
+    job.work, job.expected = Work(20), expected
     job.begin()
     job.work += Work(24)
     job.progress.began -= 100.0
