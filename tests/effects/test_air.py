@@ -71,7 +71,7 @@ def test_flutter_of_every_level_is_in_the_verdict(found):
     values = found[1]["aero/least_damping_ratio"]
     lost = np.count_nonzero(values <= 0.0, axis=1)
     words = [f"{n} of 40 at ±{level} %" for n, level in zip(lost, (1, 4), strict=True)]
-    lines = found[2]
+    lines = found[2].lines
     assert lines[0].startswith("not usable: the tuned disk flutters")
     assert ", ".join(words) in " ".join(lines)
 
