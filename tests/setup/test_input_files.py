@@ -243,7 +243,7 @@ def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
     with pytest.raises(InputError, match="5 disks, and a study branches is of one"):
         fixed_disks(config)
     first = config.replace({"mistuning.samples": 1})
-    np.testing.assert_array_equal(disks(first), [run_deviation(first, 0), PATTERNS[0] / 100])
+    np.testing.assert_array_equal(fixed_disks(first), [run_deviation(first, 0), PATTERNS[0] / 100])
 
 
 @pytest.mark.mpi
