@@ -26,7 +26,7 @@ from hpcrub.results import model_file
 from hpcrub.results.layout import PENDING
 from hpcrub.studies import open_result, run_of
 
-KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
+KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
 FILLED_IN = "filled in when a run begins"  # in the description of keys that no user sets
 
 

@@ -189,8 +189,8 @@ class Canvas:
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
     """Return a decorator that turns a function of a `Canvas` and a file into a `Drawing`.
 
-    If the function returns something, the figure returns that instead of the axes. A function that
-    compares several files gets a list of these, sorted by `families.ordered`. how: as in `About`.
+    A function that compares several files gets a list of these, sorted by `families.ordered`.
+    how: as in `About`.
     """
     about = About(studies, **how)
 
@@ -206,11 +206,9 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
                 shown = ordered(files)
                 if about.needs == "random":
                     canvas.note(*lost_disks(shown))
-                result = draw(canvas, shown if about.several else shown[0], **options)
+                draw(canvas, shown if about.several else shown[0], **options)
                 canvas.finish(files)
-            if result is None:
-                result = canvas.axes[0] if len(canvas.axes) == 1 else np.array(canvas.axes)
-            return result
+            return canvas.axes[0] if len(canvas.axes) == 1 else np.array(canvas.axes)
 
         functools.update_wrapper(drawn, draw)
         del drawn.__wrapped__  # type: ignore[attr-defined]

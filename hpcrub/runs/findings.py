@@ -81,6 +81,20 @@ def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
         yield Finding(severity, words, f"{words} at any speed, and {meaning}")
 
 
+def of_disks(
+    config: Config, sizes: np.ndarray, states: np.ndarray, meaning: str = BEYOND
+) -> Iterator[Finding]:
+    """Findings against the largest amplitudes of the disks that were computed, of any shape.
+
+    sizes [m]: not finite without a result; states: codes of ``status`` of their points; meaning:
+    of a disk without a result.
+    """
+    n_lost = int(np.count_nonzero(~np.isfinite(sizes)))
+    yield from without_result(n_lost, sizes.size, meaning)
+    yield from unsettled_peaks(config, states)
+    yield from kinematics(config, sizes[np.isfinite(sizes)])
+
+
 def unsettled(
     config: Config, n_lost: int, n: int, of: str, key: str = TIME_KEY
 ) -> Iterator[Finding]:
@@ -140,14 +154,16 @@ def of_points(
     - key: see `unsettled`.
     """
     n = int(np.count_nonzero(states != NO_POINT))
-    yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
-    grows = int(np.count_nonzero(reasons == status.GROWING))
-    yield from growing(config, 0, grows, n, key=key)
-    yield from unsettled(config, int(np.count_nonzero(states == NOT_STEADY)), n, "points", key)
     known = (np.nan_to_num(amplitude) > 0.0).any(axis=1)
-    if not known.any() or amplitude.shape[1] == 1:
-        return
-    yield from of_peaks(config, np.nanargmax(amplitude[known], axis=1))
+    best = np.nanargmax(amplitude[known], axis=1) if known.any() else np.zeros(0, dtype=int)
+    grows = reasons == status.GROWING
+    n_peaks = int(np.count_nonzero(grows[known, best]))
+    yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
+    yield from growing(config, n_peaks, int(np.count_nonzero(grows)), n, key=key)
+    others = int(np.count_nonzero((states == NOT_STEADY) & ~grows))
+    yield from unsettled(config, others, n, "points", key)
+    if best.size and amplitude.shape[1] > 1:
+        yield from of_peaks(config, best)
 
 
 def of_peaks(config: Config, best: np.ndarray) -> Iterator[Finding]:

@@ -4,7 +4,7 @@ A study is a module of `hpcrub/studies` with a subclass of `Study` and an instan
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,11 +35,22 @@ Poll = Callable[[], Any]  # long computations call it often; an exception from i
 Counts = dict[str, int]
 
 
+class Round(NamedTuple):
+    """What a study computes next, which the results in its file alone tell."""
+
+    tasks: Sequence[Any]  # indices in the dataset `status`; none: the study is over
+    known: Mapping[str, Any] = {}  # {dataset: values} that the results tell so far
+    expected: int | None = None  # parts that are probably needed; 0: not known; None: all
+    phase: str = ""  # name of the tasks; those of another name take another time
+    status: str = "status"  # dataset in which the tasks are marked as done
+    integrates: bool = True  # whether the tasks need the kernel, if the study integrates
+    told: Any = None  # value of `poll` for all tasks of the round
+
+
 class Job:
     """A run in progress; its file may already hold some of the results.
 
     It computes rounds of tasks: a round begins when all tasks of the one before are in the file.
-    Independent tasks form one round.
     """
 
     def __init__(
@@ -61,30 +72,34 @@ class Job:
         self.progress, self.phase = progress, phase
         self.work = Work()  # done so far, on rank 0
         self.n_before = 0  # tasks of it that do not tell the time left
-        # parts that are probably needed; 0: not known; None: all
-        self.expected: int | None = None
-        self.status = np.zeros(0, dtype=np.uint8)  # of every part of the job, on rank 0
-        self.round: Any = None  # result of `_next`
+        self.expected: int | None = None  # as in the round
+        self.status = np.zeros(0, dtype=np.uint8)  # of every part as the job begins, on rank 0
+        self.n_finished = 0  # parts, on rank 0
+        self.round: Any = None  # Round, on all ranks without its tasks
+        self.tasks: Sequence[Any] = ()  # of the round, on rank 0
+        self.has_kernel = False
 
     def run(self) -> None:
         """Compute and write all missing results, round after round (all ranks).
 
         Raises Interrupted on all ranks after a stop signal; finished results are in the file.
         """
-        self.round = self.team.on_root(self._take_stock)
-        if self.round and self.study.integrates:
-            self.load_kernel()
-        self.phase(self.study.unit)
-        while self.round:
-            tasks = self._tasks() if self.team.rank == 0 else ()
-            self.team.run_tasks(tasks, self._compute, self._collect)
-            self.round = self.team.on_root(self._next)
+        self.team.on_root(self._take_stock)
+        while planned := self.team.on_root(self._plan):
+            if planned.integrates and self.study.integrates and not self.has_kernel:
+                self.load_kernel()
+            if self.round is None or self.round.phase != planned.phase:
+                self.phase(planned.phase or self.study.unit)
+                self.begin()
+            self.round = planned
+            self.team.run_tasks(self.tasks, self._compute, self._collect, planned.told)
 
     def load_kernel(self) -> None:
         """Compile the kernel, or load it, before anything is measured (all ranks)."""
         self.phase("loading the kernel")
         problem = self.study.problem_of(self.prepared)
         warm_up(self.team, self.config, problem, self.study.histories)
+        self.has_kernel = True
         self.begin()
 
     def begin(self) -> None:
@@ -94,7 +109,7 @@ class Job:
 
     def n_done(self) -> tuple[int, int]:
         """Number of finished parts of the job, and of all parts (rank 0)."""
-        return int(np.count_nonzero(self.status != PENDING)), self.status.size
+        return self.n_finished, self.status.size
 
     def require_results(self) -> None:
         """Raise HpcrubError when all of the job has failed (rank 0); tasks never fail."""
@@ -105,36 +120,29 @@ class Job:
 
     def _take_stock(self):
         self.status = self.file.status
-        return self._next()
+        self.n_finished = int(np.count_nonzero(self.status != PENDING))
 
-    def _next(self):
-        """Description of the next round for all ranks, false when all is done (rank 0)."""
-        return int(np.count_nonzero(self.status == PENDING))
-
-    def _tasks(self):
-        """Tasks of the round (rank 0)."""
-        return map(int, np.flatnonzero(self.status == PENDING))
+    def _plan(self):
+        """Write what is known, and plan the next round; without its tasks, None at the end."""
+        planned = self.study.next_round(self.file)
+        self.file.write(planned.known, ())
+        self.tasks, self.expected = planned.tasks, planned.expected
+        return planned._replace(tasks=(), known={}) if planned.tasks else None
 
     def _compute(self, task, poll):
-        """Compute and write one task. Returns its duration [s]."""
+        """Compute and write one task, its status last. Returns its duration [s]."""
         start = time.perf_counter()
-        for name, where, values in self._pieces(task, poll):
+        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
             self.file.write({name: values}, where)
+        self.file.write({self.round.status: DONE}, task)
         return time.perf_counter() - start
 
-    def _pieces(self, task, poll):
-        """Results of a task, its status last: (dataset, where in it, values)."""
-        yield from self.study.compute(self.config, self.prepared, task, poll)
-        yield "status", task, DONE
-
     def _collect(self, task, seconds):
-        self.status[task] = DONE
-        self._count(self.study.unit, seconds)
-
-    def _count(self, what, seconds):
-        """Count a task that took some seconds, and tell how far the job is; what: parts of it."""
+        """Count a task that took some seconds, and tell how far the job is (rank 0)."""
+        self.n_finished += np.size(self.status[task])  # a task may have several parts
         self.work += Work(1, 0, seconds)
-        self.progress.part(what, *self.n_done(), self.work.n_done - self.n_before, self.expected)
+        n_now = self.work.n_done - self.n_before
+        self.progress.part(self.study.unit, *self.n_done(), n_now, self.expected)
 
 
 class Study:
@@ -142,7 +150,7 @@ class Study:
 
     A subclass defines `name`, `what`, `datasets` or `layout`, and `compute`; the rest has defaults.
     `layout`, `sizes` and `constants` describe the file before anything is computed.
-    A study without independent tasks has a `job` of its own, as `contact` has.
+    A study whose results tell what to compute next has a `next_round`; `contact` has its own `job`.
     """
 
     name: str
@@ -157,12 +165,8 @@ class Study:
     integrates = False  # whether it integrates in time, with the contact kernel
     histories = False  # whether it keeps whole motions, not only amplitudes
     job: type[Job] = Job  # class that computes a run on all ranks
+    of_tasks = True  # whether it consists of independent tasks; else `layout` has the status
     unit = "tasks"  # name of the parts of the job
-
-    @property
-    def of_tasks(self) -> bool:
-        """Whether the study consists of independent tasks."""
-        return self.job is Job
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file."""
@@ -227,17 +231,19 @@ class Study:
         """How much the study will compute, in words, if that depends on its results; else ""."""
         return ""
 
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether a file is complete although some of its parts are missing."""
-        return False
+    def next_round(self, file: ResultFile) -> Round:
+        """Tasks that are computed next, and what the results in the file tell so far (rank 0)."""
+        return Round(np.flatnonzero(file.status == PENDING).tolist())
 
-    def expected(self, file: ResultFile) -> int | None:
-        """Number of parts that are probably needed; 0: not known; None: all."""
-        return None
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether a file is complete, although some of its parts may be missing."""
+        last = self.next_round(file)
+        there = (np.array_equal(file.read(n), v, equal_nan=True) for n, v in last.known.items())
+        return not last.tasks and all(there)
 
     def amount_done(self, file: ResultFile, n_done: int) -> str:
         """How many parts of a file are done, of those that are expected, in words."""
-        expected = self.expected(file)
+        expected = self.next_round(file).expected
         if expected and self.is_enough(file):
             expected = 0
         return amount(n_done, file.status.size, expected, self.unit)

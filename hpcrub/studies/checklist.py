@@ -16,15 +16,14 @@ from hpcrub.config.schema import Config
 from hpcrub.effects import EFFECTS
 from hpcrub.effects.effect import Change, times
 from hpcrub.errors import InputError
-from hpcrub.results.layout import PEAK_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.statistics.percentiles import finite
-from hpcrub.studies.contact.amplification import peaks_of
+from hpcrub.studies.contact.trials import Case, Trials, table
 
 LEAST = 0.01  # smallest mean change of the disks that counts [-]
 LARGE = 0.05  # mean change by grid, step or model that makes a study useless [-]
@@ -60,25 +59,18 @@ CHANGES = (
     Change("harmonics 10 % higher", "casing.harmonics", _higher_harmonics),
     *(change for effect in EFFECTS for change in effect.changes),
 )  # fmt: skip
-_CD = ("change", "disk")
 NUMBERED = ", ".join(f"{number} {change.what}" for number, change in enumerate(CHANGES))
-LAYOUT = (
-    Dataset("peak_amplitude_m", _CD, "m",
-            "largest amplitude over the speeds; NaN: not computed, infinite: no result; disk 0: "
-            f"tuned; change: {NUMBERED}"),
-    Dataset("peak_stress_pa", _CD, "Pa", "largest stress over the speeds"),
-    Dataset("peak_status", _CD, "1", PEAK_STATUS, "u1"),
-)  # fmt: skip
+NOTE = f"; NaN: not computed, infinite: no result; disk 0: tuned; change: {NUMBERED}"
 
 
-class Checklist(Study):
+class Checklist(Trials):
     """A few disks of a contact study, with one change after the other."""
 
     name = "checklist"
     what = "what moves the answer of a contact study, before it is signed"
     sections = ("checklist",)
-    integrates = True
-    datasets = LAYOUT
+    of_tasks, unit = True, "tasks"
+    datasets = table("change", "disk", note=NOTE)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Numbers of changes and of disks, the tuned one included."""
@@ -93,21 +85,24 @@ class Checklist(Study):
         disks = _n_disks(config)
         return Cost((len(CHANGES) + 3) * disks, disks=len(CHANGES) * disks)
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Compute one disk with one change; nothing where the change does not apply."""
+    def case(self, config: Config, task: int) -> Case | None:
+        """One disk with one change; None where the change does not apply."""
         number, disk = divmod(task, _n_disks(config))
         change, level = CHANGES[number], len(config.mistuning.half_range) - 1
         values = change.values(config)
         if number and not values and not change.run:
-            return
+            return None
         own = deviation(config, level, disk - 1) if disk else run_deviation(config, 0)
         if change.run:
             own = own + run_deviation(config, change.run)
+        return Case(config.replace(values) if values else config, own, (number, disk))
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """Compute one disk with one change, whose amplitude is infinite without a result."""
         with contextlib.suppress(InputError):  # for example more modes than a model has
-            size, stress, state = peaks_of(config.replace(values), own, poll)
-            yield "peak_amplitude_m", (number, disk), size if np.isfinite(size) else np.inf
-            yield "peak_stress_pa", (number, disk), stress
-            yield "peak_status", (number, disk), state
+            for name, where, value in super().compute(config, problem, task, poll):
+                lost = name == "peak_amplitude_m" and not np.isfinite(value)
+                yield name, where, np.inf if lost else value
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Lines about the effect of every change."""
@@ -133,8 +128,8 @@ class Checklist(Study):
         """Changes of the computation that move the answer, and inputs that must be known well."""
         size = file.read("peak_amplitude_m")
         lost, n = np.isinf(size), size.shape[1]
-        meaning = "no change of them is known"
-        yield from findings.without_result(int(np.count_nonzero(lost[0])), n, meaning)
+        asked, states = size[0][~np.isnan(size[0])], file.read("peak_status")
+        yield from findings.of_disks(file.config, asked, states, "no change of them is known")
         for change, gone in zip(CHANGES[1:], lost[1:] & ~lost[0], strict=True):
             if gone.any():
                 words = f"{np.count_nonzero(gone)} of {n} disks have no result with {change.what}"
@@ -149,8 +144,6 @@ class Checklist(Study):
                 yield Finding(severity, words, f"{words}: {change.key}")
             else:
                 yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
-        yield from findings.unsettled_peaks(file.config, file.read("peak_status"))
-        yield from findings.kinematics(file.config, size[0][~lost[0]])
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:

@@ -80,18 +80,6 @@ def test_time_response(random, law):
     assert words_of in panels[0, 1].get_title()
 
 
-def test_an_envelope_holds_every_value(random):
-    time = np.linspace(0, 1, 7001)
-    values = random.normal(size=(7001, 3))
-    middle, low, high = histories.envelope(time, values)
-    assert len(middle) == histories.BINS
-    assert low.min() == values.min()
-    assert high.max() == values.max()
-    part = np.searchsorted((middle[1:] + middle[:-1]) / 2, time)
-    assert (low[part] <= values.min(axis=1)).all()
-    assert (high[part] >= values.max(axis=1)).all()
-
-
 def ridge(speeds, frequencies, order, centre, width, size):
     """A spectrum that is large where an engine order passes a speed."""
     near = np.exp(-(((speeds - centre) / width) ** 2))
@@ -157,16 +145,6 @@ def test_branches(random):
     (grey,) = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
     assert (grey.x0, grey.x1) == pytest.approx((34.3, 34.5))
     assert "motions differ by more than 3 %" in axes.figure.legends[0].get_title().get_text()
-
-
-def test_the_casing_of_the_animation_has_the_clearance_of_its_speed():
-    """Between two bumps 0.13 mm, whatever clearance_mm says."""
-    config = Config(
-        speeds={"from_hz": 34.5, "to_hz": 34.5},
-        casing={"n_bumps": 4, "clearance_hz_mm": [[34, 0.14], [35, 0.12]]},
-    )
-    file = File(config.to_yaml())
-    assert histories._room(file, 1.0, np.pi / 4) == pytest.approx(0.13e-3)
 
 
 def test_casing():

@@ -1,7 +1,7 @@
 """Results of one disk in a contact study, and the tuned disk as reference of all others."""
 
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,11 +15,10 @@ from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import Scene
-from hpcrub.response.sweep import SweepResult, run_sweep
+from hpcrub.response.sweep import SweepResult
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.study import Poll
 from hpcrub.setup.disks import modes_of, run_deviation
-from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
 
@@ -60,25 +59,6 @@ def amplitudes(result: SweepResult) -> np.ndarray:
 def peak_status(result: SweepResult, speeds_hz: np.ndarray) -> int:
     """Status of the point of the largest amplitude; NO_POINT where there is none."""
     return int(result.point_status[speeds_hz == peak(result, speeds_hz)[1]].max(initial=NO_POINT))
-
-
-def peaks_of(config: Config, blades: np.ndarray, poll: Poll) -> tuple[float, float, int]:
-    """Largest amplitude [m] and stress [Pa] of one disk in contact, NaN where there is none.
-
-    Also returns the status of the point of the largest amplitude.
-    blades: stiffness deviations (N,) [-]. Raises InputError as `build_problem`.
-    """
-    problem = _problem_of(config.to_yaml())
-    speeds = config.speeds.values_hz
-    result = run_sweep(modes_of(config, problem, blades), problem.scene, speeds, poll)
-    stress = largest(result.stress, speeds)[0]
-    return peak(result, speeds)[0], stress, peak_status(result, speeds)
-
-
-@lru_cache(maxsize=4)
-def _problem_of(text):
-    """Problem of an input, kept for further disks of the input."""
-    return build_problem(Config.from_yaml(text))
 
 
 def linear_amplitude(config: Config, problem: Problem, modes: Modes, blades: np.ndarray) -> float:

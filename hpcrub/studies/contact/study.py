@@ -46,6 +46,7 @@ class Contact(Study):
     unit = "samples"
     integrates = True
     job = MonteCarlo
+    of_tasks = False
     verdict = staticmethod(findings.verdict)
     answer = staticmethod(summary.answer)
 
