@@ -7,7 +7,7 @@ from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.effects import EFFECTS, casing_motion
-from hpcrub.plot import histories, maps
+from hpcrub.plot import maps
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.wear import GROOVE, INNER
 from hpcrub.results.layout import DONE
