@@ -19,7 +19,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Round
+from hpcrub.runs.job import Round
 from hpcrub.setup import plausibility
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_problem
