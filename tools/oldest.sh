@@ -13,3 +13,4 @@ python3 -m venv "$tools"
 "$tools/bin/uv" pip compile pyproject.toml -q --extra mpi --extra dev --no-annotate --no-header \
     --python-version 3.11 --resolution lowest-direct |
     grep -v '^setuptools=='
+echo "Cython<3.1  # with later ones h5py 3.12 does not compile"
