@@ -226,7 +226,8 @@ def _crossing(pencil, order, known):
 
     known: speeds between which the stiffness is known [Hz].
     """
-    speeds = crossings.speeds(*pencil, order) / (2 * np.pi)
+    stiffness, mass = pencil
+    speeds = crossings.speeds(stiffness, mass, order) / (2 * np.pi)
     return f"{speeds[0]:.4g}{_star(speeds[0], known)}" if len(speeds) else "never"
 
 
