@@ -89,7 +89,9 @@ class Study:
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings about what a study that integrates does not resolve; prepared: by `prepare`."""
-        yield from plausibility.warnings(config, self.problem_of(prepared))
+        problem = self.problem_of(prepared)
+        yield from plausibility.warnings(config, problem)
+        yield from (w for e in effects.of(config) for w in e.warnings(config, problem))
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Numbers of periods around the disk of the loads whose linear responses it computes."""
