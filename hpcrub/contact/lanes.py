@@ -11,10 +11,12 @@ runs unchanged in plain Python. Compiled, each function becomes a few LLVM vecto
 
 Lane arrays have shape (rows, width) and are C-contiguous. ``lanes`` is a tuple of ``width`` zeros
 whose *length* tells the compiler the vector width; the length of a tuple ``tile`` tells the size of
-a tile. Functions that work lane by lane take a number in place of a vector for all lanes. Modules
-that use many of these functions import this one as ``v``.
+a tile. Functions that work lane by lane take a number in place of a vector for all lanes, and some
+of them a tile. Modules that use many of these functions import this one as ``v``.
 """
 
+import functools
+import itertools
 from typing import Any
 
 import numpy as np
@@ -38,24 +40,53 @@ def splat(lanes: tuple, x: float) -> np.ndarray:
     return np.full(len(lanes), x)
 
 
-def load(lanes: tuple, array: np.ndarray, row: int) -> np.ndarray:
-    """Row ``row`` of a lane array (rows, L), or entry ``row`` of an array that lanes share."""
-    return array[row].copy()
+def load(lanes: tuple, array: np.ndarray, rows: Any) -> Any:
+    """Rows of a lane array (rows, L), or entries of an array that lanes share.
+
+    rows: a row, or a tuple of rows, which gives a tile.
+    """
+    return tuple(array[row].copy() for row in rows) if _is_tile(rows) else array[rows].copy()
 
 
-def store(array: np.ndarray, row: int, vector: np.ndarray) -> None:
-    """Write ``vector`` to row ``row`` of a lane array (modified)."""
-    array[row] = vector
+def store(array: np.ndarray, rows: Any, vectors: Any) -> None:
+    """Write a vector to a row of a lane array (modified), or a tile to a tuple of rows."""
+    for row, vector in zip(rows, vectors, strict=True) if _is_tile(rows) else [(rows, vectors)]:
+        array[row] = vector
 
 
+def _is_tile(argument):
+    return isinstance(argument, tuple)
+
+
+def _each(function):
+    """Function of vectors that takes tiles, too, and is then called for each of their members."""
+
+    @functools.wraps(function)
+    def of_members(*arguments):
+        tiles = [part if _is_tile(part) else itertools.repeat(part) for part in arguments]
+        if not any(map(_is_tile, arguments)):
+            return function(*arguments)
+        return tuple(map(function, *tiles))
+
+    return of_members
+
+
+@_each
 def fma(a: Any, b: Any, c: Any) -> np.ndarray:
     """a·b + c, fused where the machine has the instruction."""
     return a * b + c
 
 
+@_each
 def larger(a: Any, b: Any) -> np.ndarray:
     """The larger of a and b in every lane; b where a is NaN."""
     return np.where(a > b, a, b)
+
+
+@_each
+def magnitude(a: Any) -> np.ndarray:
+    """|a| in every lane."""
+    return np.abs(a)
 
 
 def inverse(a: np.ndarray) -> np.ndarray:
@@ -69,6 +100,7 @@ def length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.sqrt(a * a + b * b)
 
 
+@_each
 def select(mask: np.ndarray, a: Any, b: Any) -> np.ndarray:
     """``a`` where the mask holds, ``b`` elsewhere."""
     return np.where(mask, a, b)
@@ -89,11 +121,6 @@ def tile_add(tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: 
     return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
 
 
-def tile_fma(tile: tuple, array: np.ndarray, rows: tuple, vector: np.ndarray) -> tuple:
-    """Tile plus the vector times, in member i, row ``rows[i]`` of a lane array."""
-    return tuple(t + array[row] * vector for t, row in zip(tile, rows, strict=True))
-
-
 def tile_advance(
     force: tuple, first: int, state: Any, scheme: Any, before: Any, external: Any, step: int | None
 ) -> None:
@@ -110,34 +137,11 @@ def tile_advance(
         if before is not None:
             before[k] = d
         if step is not None:
-            d = scheme.decay[k] * d - (gain * scheme.squared[k]) * q
+            d = scheme.decay[k] * d - (gain * scheme.omega2[k]) * q
             if external is not None:
                 d = d + external[step, k] * gain
             q = q + d
         state.increment[k], state.position[k] = d, q
-
-
-def tile_gather(lanes: tuple, array: np.ndarray, rows: tuple) -> tuple:
-    """Tile of the rows of a lane array that the tuple ``rows`` names."""
-    return tuple(array[row].copy() for row in rows)
-
-
-def tile_store(array: np.ndarray, rows: tuple, tile: tuple) -> None:
-    """Write a tile to the rows of a lane array that the tuple ``rows`` names (modified)."""
-    for row, vector in zip(rows, tile, strict=True):
-        array[row] = vector
-
-
-def tile_replace(array: np.ndarray, rows: tuple, mask: np.ndarray, tile: tuple) -> None:
-    """Write a tile to the rows that ``rows`` names, in the lanes of a mask (array is modified)."""
-    for row, vector in zip(rows, tile, strict=True):
-        array[row] = select(mask, vector, array[row])
-
-
-def tile_rise(array: np.ndarray, rows: tuple, tile: tuple) -> None:
-    """Raise the rows of a lane array that ``rows`` names to the magnitudes of a tile (modified)."""
-    for row, vector in zip(rows, tile, strict=True):
-        array[row] = larger(np.abs(vector), array[row])
 
 
 def tile_relax(
@@ -161,11 +165,6 @@ def tile_relax(
             depth = depth - coupling[row * n_rows + rows[b]] * new[b]
         new[a] = larger(depth, 0.0)
     return tuple(new)
-
-
-def tile_distance(tile: tuple, other: tuple) -> np.ndarray:
-    """Largest |difference| of the members of two tiles, lane by lane."""
-    return np.max([np.abs(a - b) for a, b in zip(tile, other, strict=True)], axis=0)
 
 
 def tile_largest(tile: tuple) -> np.ndarray:

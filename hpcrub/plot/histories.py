@@ -11,7 +11,6 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED
 from hpcrub.errors import InputError
-from hpcrub.model.casing import ramp
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLUE, GREEN, ORANGE, YELLOW, polar, say
 from hpcrub.results.storage import ResultFile
@@ -210,7 +209,7 @@ def _room(file: ResultFile, time: float, angle: Any) -> Any:
     """Return the distance [m] from the tips to the casing at a time, both without vibration."""
     shape = file.config.casing
     clearance = shape.clearances(file.config.speeds.from_hz)
-    return clearance - ramp(time, shape.growth_time) * shape.shape.height(angle)
+    return shape.shape.gap(clearance, time, shape.growth_time, angle)
 
 
 def _walls(file: ResultFile, times: Any, angles: Any, waves: Any) -> Any:
