@@ -106,7 +106,7 @@ def too_fast(name: str, speed: float) -> InputError:
 
 
 def rigid_motions(model: NeutralModel) -> np.ndarray:
-    """Hard translations and rotations about x, y, z on the rows of a NeutralModel, (n, 6)."""
+    """Rigid translations and rotations about x, y, z on the rows of a NeutralModel, (n, 6)."""
     nodes = np.nan_to_num(model.nodes[np.maximum(model.dof[:, 0], 0)])
     placed = np.isfinite(model.nodes).all(axis=1)[model.dof[:, 0]] & (model.dof[:, 1] > 0)
     x, y, z = nodes.T
