@@ -82,8 +82,8 @@ rotor67: $(STAMP)  ## compute the benchmark of NASA rotor 67 (8 min at SCALE=0.1
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
 	@$(VENV_PYTHON) -m evidence.reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
 
-reference: $(STAMP)  ## write the tables of docs/reference anew
-	@$(VENV_PYTHON) docs/tables.py
+reference: $(STAMP)  ## write the tables of docs/reference anew, and the numbers of the quick start
+	@$(VENV_PYTHON) -m docs.tables
 
 docs: reference .venv/set-up-docs  ## build the site in build/docs; fails at a broken link inside
 	@$(VENV_PYTHON) -m sphinx -q --fail-on-warning --keep-going docs build/docs

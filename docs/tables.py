@@ -1,40 +1,16 @@
-"""Write the tables of docs/reference/ from the program: keys, datasets, studies, figures.
+"""Write what pages say of the program: keys, datasets, studies, figures, the quick start.
 
-`python docs/tables.py` does it; a test fails when a page and the program differ.
+`python -m docs.tables` does it; a test fails when a page and the program differ.
 """
 
-import re
-from pathlib import Path
+import numpy as np
 
+import hpcrub
+from evidence.page import DOCS, ROOT, replace, table
 from hpcrub import plot, studies
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.config.text import key_table
-
-ROOT = Path(__file__).parents[1]
-FOLDER = ROOT / "docs" / "reference"
-
-
-def updated(name, text):
-    """The text of one page with its table as the program has it now.
-
-    Parameters
-    ----------
-    name : str
-        Name of the page and of its table, one of `TABLES`.
-    text : str
-        The page, with the table between two comments.
-
-    Raises
-    ------
-    ValueError
-        The comments are not in the text exactly once.
-    """
-    block = f"<!-- {name} -->\n{TABLES[name]()}\n<!-- end of {name} -->"
-    pattern = re.compile(rf"<!-- {name} -->.*?<!-- end of {name} -->", re.DOTALL)
-    text, found = pattern.subn(lambda match: block, text)
-    if found != 1:
-        raise ValueError(f"{found} places for the table of {name}, not one")
-    return text
+from hpcrub.contact.status import AVERAGED, STEADY
 
 
 def keys():
@@ -46,7 +22,7 @@ def keys():
         row = f"`{key.path}`", key.description, f"`{key.default}`", allowed
         sections.setdefault(section, []).append(row)
     head = "key", "meaning", "default", "allowed"
-    return "\n\n".join(
+    return "\n".join(
         f"## {f'`{section}`' if section else 'Top level'}\n\n{table(head, rows)}"
         for section, rows in sections.items()
     )
@@ -70,7 +46,7 @@ def datasets():
             coated = studies.run_of(config.replace({"contact.law": "abradable"})).datasets()
             if added := [line for line in coated if line not in bare]:
                 parts.append(f"On a coating (`contact.law: abradable`) also:\n\n{_lines(added)}")
-    return "\n\n".join(parts)
+    return "\n".join(parts)
 
 
 def _lines(datasets):
@@ -125,15 +101,33 @@ def example(study):
     return load_runs(ROOT / example_file(study))[0]
 
 
-def table(head, rows):
-    """A Markdown table."""
-    lines = [head, ("---",) * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+def quickstart():
+    """What the quick start finds, in the words of the first page."""
+    with hpcrub.open(DOCS / "examples/quickstart.h5") as file:
+        kinds = "amplification", "linear_amplification"
+        (two, two_linear), (four, four_linear) = (
+            [np.median(file[f"samples/{kind}"][level]) for kind in kinds] for level in (0, 1)
+        )
+        peaks = file["samples/peak_amplitude_m"]
+        tuned, worst = (1e3 * size for size in (file["tuned/reference_amplitude_m"], peaks.max()))
+        share = np.mean(np.isin(file["samples/point_status"], (STEADY, AVERAGED)))
+        seconds = np.median(file["samples/time_s"])
+    return (
+        f"Half of the disks whose blades lie within ±2 % vibrate more than {two:.2f} times as much "
+        f"as the tuned disk, where the linear analysis expects {two_linear:.2f} times; within ±4 % "
+        f"it is {four:.2f} against {four_linear:.2f}. The tips of this academic disk move by "
+        f"{tuned:.0f} mm, and by {worst:.0f} mm in the worst of the {peaks.size} disks: more than "
+        "a real blade would bear and a linear model describes well, so that the ratios can be "
+        f"compared and the millimetres cannot. {100 * share:.1f} % of the points end with a motion "
+        f"whose mean amplitude is known and in which no wave grows, most of them after "
+        f"{seconds:.1f} s."
+    )
 
 
-TABLES = {"keys": keys, "datasets": datasets, "studies": study_list, "figures": figures}
+REFERENCE = {"keys": keys, "datasets": datasets, "studies": study_list, "figures": figures}
+TABLES = {name: (DOCS / f"reference/{name}.md", make) for name, make in REFERENCE.items()}
+TABLES["quickstart"] = ROOT / "README.md", quickstart
 
 if __name__ == "__main__":
-    for name in TABLES:
-        page = FOLDER / f"{name}.md"
-        page.write_text(updated(name, page.read_text(encoding="utf-8")), encoding="utf-8")
+    for name, (path, make) in TABLES.items():
+        replace(path, **{name: make()})

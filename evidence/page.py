@@ -16,15 +16,20 @@ def table(heads, rows):
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
-def replace(path, **parts):
-    """Put texts {name: Markdown} between `<!-- name -->` and `<!-- end of name -->` of a page."""
+def updated(path, **parts):
+    """A page with texts {name: Markdown} between `<!-- name -->` and `<!-- end of name -->`."""
     text = path.read_text(encoding="utf-8")
     for name, part in parts.items():
         place = re.compile(f"(?<=<!-- {name} -->\n).*?(?=<!-- end of {name} -->)", re.DOTALL)
         text, n_found = place.subn(lambda _, part=part: part.rstrip("\n") + "\n", text)
         if n_found != 1:
             raise ValueError(f"{path}: {n_found} places for {name}")
-    path.write_text(text, encoding="utf-8")
+    return text
+
+
+def replace(path, **parts):
+    """Write the `updated` page."""
+    path.write_text(updated(path, **parts), encoding="utf-8")
 
 
 def machine():

@@ -89,7 +89,7 @@ def swept(config, own=None, speeds=None):
 
 def at_speed(result, i):
     """All numbers of one speed of a sweep."""
-    return [values[i] for values in result.arrays]
+    return [values[i] for values in result.by_name().values()]
 
 
 def whole(modes, scene, speeds, duration, *names, motion=None):

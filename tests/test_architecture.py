@@ -12,7 +12,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parents[1] / "hpcrub"
 ROOMS = [
     "errors", "model", "contact", "response", "statistics", "config", "results", "ranks", "setup",
-    "runs", "studies", "plot", "commands",
+    "effects", "runs", "studies", "plot", "commands",
 ]  # fmt: skip
 # `import_module` loads a room after `ranks`, or a figure, when it is asked for, for time alone;
 # and the studies, which are the modules of their folder

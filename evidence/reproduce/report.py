@@ -32,6 +32,7 @@ def write(folder, scale, target):
         f"{(results.contact(n).status == DONE).sum(axis=1).min()} for n_d = {n}" for n in plan.CASES
     ]
     found = numbers.rows(results)
+    page.replace(page.ROOT / "README.md", verdict=verdict(found))
     page.replace(
         target,
         verdict=verdict(found),

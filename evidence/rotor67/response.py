@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 
 import hpcrub
-from evidence import program
+from evidence import program, rubbing
 from evidence.page import ROOT
 from evidence.reproduce.rows import bounded
 from evidence.rotor67.numbers import Number
 from hpcrub.config.schema import load_runs
-from hpcrub.plot import pictures
 from hpcrub.results.reader import Results
 from hpcrub.statistics.pairs import rank_correlation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
@@ -39,7 +38,7 @@ def numbers(model: Path, scale: float, ranks: int, folder: Path, figures: Path) 
         output = folder / f"{study}.h5"
         run(study, model, scale, ranks, output)
         if study == "motion":
-            pictures.draw(hpcrub.plot.rubbing, [output])
+            rubbing.draw(output)
         for name, figure in FIGURES.items():
             for drawn in folder.glob(f"{name}.*"):
                 if name.startswith(study) and drawn.suffix in (".png", ".gif"):

@@ -6,6 +6,7 @@ as texts.
 
 import functools
 from collections import Counter
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -75,7 +76,7 @@ def by_band(check):
         counts, faults = Counter(), []
         for band in speed_bands(speeds):
             names = "time", "point_status", "amplitude"
-            part = result._replace(**{name: getattr(result, name)[band] for name in names})
+            part = replace(result, **{name: getattr(result, name)[band] for name in names})
             found, more = check(modes, scene, speeds[band], part)
             counts.update(found)
             faults += more

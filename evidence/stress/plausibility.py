@@ -33,7 +33,7 @@ from hpcrub.errors import InputError
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results import model_file
 from hpcrub.setup import imported, plausibility
-from hpcrub.setup.disks import APART, deviation, modes_of
+from hpcrub.setup.disks import BETWEEN_RUNS, deviation, modes_of
 from hpcrub.setup.problem import build_problem
 
 WORKERS = 2
@@ -51,7 +51,7 @@ BLISKS = 0.06  # of all scenes: their contact costs ten times as much
 SCALED = {"K0": 2, "K1": 0, "K2": -2, "K_blade": 2}  # powers of a factor of all times' inverse
 # half range [%] of tuned disks, as a study has them: equal to the last bit they would keep for
 # long the symmetry of a motion that the smallest difference ends
-TUNED = 100.0 * APART
+TUNED = 100.0 * BETWEEN_RUNS
 ERRORS = 2.0  # standard errors that 95 % of the means differ by, at most
 MANY = 4.0  # standard errors that hardly one should differ by
 FIRST_CHECK = 0.5  # [s]

@@ -10,6 +10,7 @@ from rich.table import Table
 from hpcrub.config.schema import PROFILE
 from hpcrub.config.text import counted, flatten, is_table, show
 from hpcrub.contact import status
+from hpcrub.effects import casing_waves
 from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
@@ -22,7 +23,6 @@ from hpcrub.runs.study import Run
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
-from hpcrub.studies.shared import casing_waves
 
 LONGEST_WORD = 48  # letters of the longest unbroken word, a key with its value, in a table of runs
 
@@ -71,7 +71,8 @@ def _share_left(run, existing):
     if not existing.resume or not os.path.lexists(run.config.output):
         return 1.0
     with open_result(run.config.output) as file:
-        n_done, expected = np.count_nonzero(file.status != PENDING), run.study.expected(file) or 0
+        n_done = np.count_nonzero(file.status != PENDING)
+        expected = run.study.next_round(file).expected or 0
         goal = expected if n_done < expected else file.status.size
         there = 1.0 if run.study.is_enough(file) else n_done / goal
     say(f"already there:        {100 * there:.3g} %")

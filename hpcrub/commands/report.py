@@ -4,7 +4,6 @@ import argparse
 import base64
 import contextlib
 import datetime
-import io
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -14,7 +13,7 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from hpcrub import __version__
+from hpcrub import __version__, effects
 from hpcrub.commands.plot import of_study
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted, flatten, key_table, lines_of, show
@@ -22,13 +21,12 @@ from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES
 from hpcrub.plot.families import labels
-from hpcrub.ranks.progress import say
+from hpcrub.ranks.progress import WIDTH, as_text, say
 from hpcrub.results import model_file
 from hpcrub.results.layout import PENDING
-from hpcrub.runs import verdict
 from hpcrub.studies import open_result, run_of
 
-KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
+KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
 FILLED_IN = "filled in when a run begins"  # in the description of keys that no user sets
 
 
@@ -83,7 +81,9 @@ def _facts(path):
         n_done = int(np.count_nonzero(status != PENDING))
         if not n_done:
             raise InputError(f"{path} holds no result yet; run its input with --resume")
-        lines = study.verdict(file)
+        verdict = study.verdict(file)
+        headline = next(iter(study.report(file)), "")
+        answer = study.answer(file, verdict.usable, WIDTH)
         complete = n_done == status.size or study.is_enough(file)
         of = counted(status.size, study.unit.rstrip("s"))
         attributes, apart = sorted(file.attributes.items()), ("config", "warnings")
@@ -92,14 +92,14 @@ def _facts(path):
             "name": Path(path).name,
             "study": study.name,
             "what": study.what,
-            "verdict": partly + lines[0],
-            "usable": complete and verdict.is_usable(lines),
-            "headline": next(iter(study.report(file)), "").removesuffix(f"; {lines[0]}"),
+            "verdict": partly + verdict.words,
+            "usable": complete and verdict.usable,
+            "headline": headline.removesuffix(f"; {verdict.words}"),
             "asked": list(_asked(config)),
-            "answer": _answer(file, study),
+            "answer": as_text(item for item in answer if item != headline),
             "figures": list(_figures([path])),
-            "checks": list(dict.fromkeys([*lines[1:], *file.warnings])),
-            "left_out": list(_left_out(config)),
+            "checks": list(dict.fromkeys([*verdict.lines[1:], *file.warnings])),
+            "omitted": list(_omitted_effects(config)),
             "provenance": [
                 ("file", str(Path(path).resolve())),
                 ("SHA-256", model_file.checksum(path)),
@@ -108,16 +108,13 @@ def _facts(path):
         }
 
 
-def _left_out(config):
-    """Return sentences on effects that the model leaves out, unless a key switches them on."""
+def _omitted_effects(config):
+    """Yield sentences on effects that the model leaves out, unless a key switches them on."""
     contact, limits = config.contact, config.limits
     slope = config.casing.outline.slope / config.disk.tip_radius
-    return lines_of(
-        (not config.casing.vibrates,
-         "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as "
-         "the disk, both ways."),
-        (not config.aero.exists,
-         "Air couples no blades; its damping is in one ratio for all waves (aero)."),
+    omitted = (effect.omitted for effect in effects.EFFECTS if not effect.exists(config))
+    yield from filter(None, omitted)
+    yield from lines_of(
         (contact.law == "rigid", "The casing is hard: it neither gives nor wears (contact.law)."),
         (config.casing.clearance_hz_mm is None,
          "The clearance is the same at all speeds (casing.clearance_hz_mm)."),
@@ -135,17 +132,6 @@ def _left_out(config):
         (True, "Every speed begins at rest: the time of a run-up, heat and growth in time are not "
          "followed."),
     )  # fmt: skip
-
-
-def _answer(file, study):
-    """Return what the program prints when a study ends, without the verdict."""
-    if study.name != "contact":
-        return "\n".join(list(study.report(file))[1:])
-    text = io.StringIO()
-    with contextlib.redirect_stdout(text):
-        study.print_results(file)
-    lines = text.getvalue().splitlines()
-    return "\n".join(line for line in lines if not line.startswith(("Verdict: ", "- ")))
 
 
 def _asked(config: Config) -> Iterator[dict[str, str]]:

@@ -66,8 +66,6 @@ class Aero(Section):
 
 def problems(aero: Aero, n_blades: int) -> Iterator[str]:
     """Error lines about the section for a disk of n_blades."""
-    if aero.influence and (aero.waves or aero.waves_csv):
-        yield "aero.influence: cannot be combined with aero.waves; leave one out"
     ahead = [influence.blades % n_blades for influence in aero.influence]
     for blades in sorted({b for b in ahead if ahead.count(b) > 1}):
         yield f"aero.influence: {blades} blades ahead is given twice, counted around {n_blades}"

@@ -1,7 +1,8 @@
 """Checks that the keys of a configuration fit each other; each misfit gives an error line."""
 
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import accumulate, pairwise
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,52 @@ MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # most time steps of a revolution
 LARGEST_DAMPING = 0.1  # ratio that blades may have, air and dampers included
 ALIKE = 1.1  # frequency ratio below which casing modes of equal wave numbers are one pair
-TOLD = "waves", "frequency_hz", "modal_mass_kg"  # what each casing mode must tell
-BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # endings of figures and logs
+OF_CASING_MODE = "waves", "frequency_hz", "modal_mass_kg"  # what each casing mode must tell
+FIGURES_AND_LOGS = ".png", ".pdf", ".svg", ".gif", ".log", ".jsonl"  # beside a result file
+# What keys go with: a key, one of several, a key with one of some values, or "no" key; and those
+# keys, or keys of whole sections, which are meant where they are not the default, or one value.
+GOES_WITH = {
+    "disk.model": ("disk.model_sha256", "disk.n_blades: 1", "mistuning.by"),
+    "material.damping_ratios": ("material.damping_of",),
+    "material.damping_of: bands": ("material.damping_bands_hz",),
+    "casing.profile_mm": ("casing.profile_deg",),
+    "casing.profile_deg": ("casing.profile_mm",),
+    "casing.ring.thickness_mm": ("casing.ring",),
+    "no casing.ring.thickness_mm": ("casing.modes", "casing.modes_csv"),
+    "no aero.influence": ("aero.waves", "aero.waves_csv"),
+    "contact.law: abradable": ("contact.coating",),
+    "contact.law: elastic or abradable": ("contact.casing_stiffness_n_per_m",),
+    "contact.law: rigid": ("contact.own_law",),
+    "contact.own_law": ("contact.own_law_sha256",),
+    "contact.casing_stiffness_n_per_m": ("contact.law: elastic", "contact.casing_damping_ns_per_m"),
+    "mistuning.measured_percent": ("mistuning.distribution: measured",),
+    "mistuning.distribution: measured": ("mistuning.measured_percent",),
+    "no mistuning.pattern": (
+        *("mistuning.distribution", "mistuning.neighbour_correlation"),
+        "mistuning.intentional_percent",
+    ),
+    "limits.stress_mpa": ("limits.static_mpa", "limits.strength_mpa"),
+}
+# The same of keys that are not refused, but have no effect without it.
+USELESS_WITHOUT = {
+    "study: energy": ("sources",),
+    "study: rare": ("limits.probability_error", "limits.probability_below"),
+    "limits.stress_mpa": ("limits.stress_mpa_per_mm",),
+    "no casing.clearance_hz_mm": ("casing.clearance_mm",),
+    "casing.profile_csv or casing.profile_mm": ("casing.smoothing_mm",),
+    "no material.damping_ratios": ("material.damping_ratio",),
+    "steady_state.rule: ensemble": ("steady_state.max_error",),
+    "steady_state.rule: last_window": (
+        *("steady_state.extend_revolutions", "steady_state.confirmations"),
+    ),
+    "mistuning.distribution: normal": ("mistuning.truncation",),
+    "mistuning.pattern": ("mistuning.pattern_unit",),
+}
 
 
 def problems(config: Any) -> Iterator[str]:
     """Yield error lines about keys that do not fit together."""
+    yield from (f"{key}: {show(value)} {why}" for key, value, why in _misfits(config, GOES_WITH))
     yield from _disk_problems(config)
     yield from _damping_problems(config.material)
     of_casing = [*_casing_problems(config), *_clearance_problems(config)]
@@ -32,28 +73,10 @@ def problems(config: Any) -> Iterator[str]:
     yield from _part_problems(config)
 
 
-def idle(c: Any) -> Iterator[str]:
+def keys_without_effect(config: Any) -> Iterator[str]:
     """Yield lines about keys that an input gives and that other keys leave without effect."""
-    of_rule = f"the rule is {c.steady_state.rule}"
-    no_profile = c.casing.profile_csv is None and c.casing.profile_mm is None
-    rules = (
-        ("sources", c.study != "energy", f"a study {c.study} starts from no other"),
-        ("casing.clearance_mm", c.casing.clearance_hz_mm, "clearance_hz_mm is in its place"),
-        ("casing.smoothing_mm", no_profile, "no profile is given"),
-        ("material.damping_ratio", c.material.damping_ratios, "damping_ratios are in its place"),
-        ("steady_state.max_error", c.steady_state.rule != "ensemble", of_rule),
-        ("steady_state.extend_revolutions", c.steady_state.rule == "ensemble", of_rule),
-        ("steady_state.confirmations", c.steady_state.rule == "ensemble", of_rule),
-        ("mistuning.truncation", c.mistuning.distribution != "normal", "nothing is normal"),
-        ("mistuning.pattern_unit", c.mistuning.pattern is None, "no pattern is given"),
-        ("limits.stress_mpa_per_mm", c.limits.stress_mpa is None, "limits.stress_mpa is missing"),
-        ("limits.probability_error", c.study != "rare", f"the study is {c.study}, not rare"),
-        ("limits.probability_below", c.study != "rare", f"the study is {c.study}, not rare"),
-    )
-    given, usual = (flatten(config.model_dump(mode="json")) for config in (c, type(c)()))
-    for key, holds, why in rules:
-        if holds and given[key] != usual[key]:
-            yield f"{key}: {show(given[key])} has no effect: {why}"
+    for key, value, why in _misfits(config, USELESS_WITHOUT):
+        yield f"{key}: {show(value)} has no effect: it {why}"
 
 
 def doubtful(c: Any) -> Iterator[str]:
@@ -96,24 +119,40 @@ def pattern_problem(values: Any, deviation: np.ndarray, unit: str) -> str:
     return next(lines, "")
 
 
-def _changed(section):
-    """Names of the keys of a section that differ from their defaults."""
-    return [key for key, value in section if value != type(section).model_fields[key].default]
+def _misfits(config, table):
+    """Yield (key, its value, why) of keys that lack what they go with, by a table above."""
+    changed = flatten(config.model_dump(mode="json", exclude_defaults=True))
+    for other, keys in table.items():
+        if not (why := _missing(config, other)):
+            continue
+        for key, value in changed.items():
+            parts = accumulate(key.split("."), "{}.{}".format)
+            if not {f"{key}: {value}", *parts}.isdisjoint(keys):
+                yield key, value, why
+
+
+def _missing(config, other):
+    """What an input lacks of the first part of a row in a table above, in words; "" for nothing."""
+    names, _, values = other.partition(": ")
+    keys = names.removeprefix("no ").split(" or ")
+    given = [value for key in keys if (value := attrgetter(key)(config))]
+    if values:
+        return "" if given[0] in values.split(" or ") else f"goes with {other}, not {given[0]}"
+    if names.startswith("no "):
+        return f"cannot be combined with {keys[0]}; leave one out" if given else ""
+    return "" if given else f"goes with {names}, which is not given"
 
 
 def _disk_problems(c):
     d = c.disk
-    for name in () if d.model_sha256 else _changed(d):
-        if name in d.FACTS:
-            yield f"disk.{name}: {show(getattr(d, name))} is what a model file tells; leave it out"
+    for name in () if d.model_sha256 else d.FACTS:
+        if (value := getattr(d, name)) != type(d).model_fields[name].default:
+            yield f"disk.{name}: {show(value)} is read from disk.model; leave it out"
     if d.model is not None:
         return
     tip, hub, inner = d.tip_radius_mm, d.hub_radius_mm, d.inner_radius_mm
     most = d.n_dof - 2 * d.n_blades
     yield from lines_of(
-        (d.model_sha256, "disk.model_sha256: goes with disk.model, which is not given"),
-        (c.mistuning.by != "blade_stiffness", f"mistuning.by: {c.mistuning.by} needs disk.model"),
-        (d.n_blades == 1, "disk.n_blades: 1 needs disk.model; the planar disk has 2 at least"),
         (hub >= tip, f"disk.hub_radius_mm: {hub} is not below disk.tip_radius_mm, {tip}"),
         (inner >= hub, f"disk.inner_radius_mm: {inner} is not below disk.hub_radius_mm, {hub}"),
         (c.reduction.n_modes > most,
@@ -123,32 +162,26 @@ def _disk_problems(c):
 
 
 def _damping_problems(m):
-    bands = m.damping_bands_hz
-    if m.damping_ratios is None:
-        if bands is not None or m.damping_of != "modes":
-            yield f"material.damping_of: {m.damping_of} needs material.damping_ratios"
-    elif m.damping_of != "bands":
-        if bands is not None:
-            yield f"material.damping_bands_hz: goes with damping_of: bands, not {m.damping_of}"
-    elif len(bands or ()) != len(m.damping_ratios) - 1:
+    bands = m.damping_bands_hz or ()
+    if m.damping_ratios is None or m.damping_of != "bands":
+        return
+    if len(bands) != len(m.damping_ratios) - 1:
         yield (
-            f"material.damping_bands_hz: {len(bands or ())} ends of bands given for "
+            f"material.damping_bands_hz: {len(bands)} ends of bands given for "
             f"{len(m.damping_ratios)} damping ratios; the last band has none"
         )
-    elif any(low >= high for low, high in pairwise(bands or ())):
+    elif any(low >= high for low, high in pairwise(bands)):
         yield f"material.damping_bands_hz: {show(bands)} are not increasing"
 
 
 def _casing_problems(c):
     angles, changes = c.casing.profile_deg, c.casing.profile_mm
-    if (angles is None) != (changes is None):
-        given, missing = ("deg", "mm") if changes is None else ("mm", "deg")
-        yield f"casing.profile_{given}: goes with casing.profile_{missing}, which is not given"
-    elif angles is not None:
-        if len(angles) != len(changes):
-            yield f"casing.profile_mm: {len(changes)} values for {len(angles)} angles"
-        if any(a >= b for a, b in pairwise(angles)):
-            yield "casing.profile_deg: the angles are not increasing"
+    if angles is None or changes is None:
+        return
+    if len(angles) != len(changes):
+        yield f"casing.profile_mm: {len(changes)} values for {len(angles)} angles"
+    if any(a >= b for a, b in pairwise(angles)):
+        yield "casing.profile_deg: the angles are not increasing"
 
 
 def _clearance_problems(c):
@@ -201,16 +234,11 @@ def _steep_problems(c):
 
 def _ring_problems(casing):
     ring, modes = casing.ring, casing.modes
-    if not casing.vibrates:
-        yield from (f"casing.ring.{n}: needs casing.ring.thickness_mm" for n in _changed(ring))
-        return
     is_ring, waves = ring.thickness_mm is not None, ring.waves
     twice = sorted({n for n in waves if waves.count(n) > 1})
     is_held = ring.bed_radial_n_per_m2 > 0.0 or ring.bed_tangential_n_per_m2 > 0.0
     yield from lines_of(
-        (is_ring and (modes or casing.modes_csv),
-         "casing.modes: cannot be combined with casing.ring; leave one out"),
-        (casing.growth_time_s == 0.0,
+        (casing.vibrates and casing.growth_time_s == 0.0,
          "casing.growth_time_s: 0 starts with bumps that overlap the tips, and a casing that "
          "vibrates is thrown away by a force that grows as the step shrinks; give a time > 0"),
         (is_ring and 1 in waves and not is_held,
@@ -219,7 +247,7 @@ def _ring_problems(casing):
         *((is_ring, f"casing.ring.waves: {n} is given twice") for n in twice),
     )  # fmt: skip
     for number, mode in enumerate(modes):
-        if missing := [key for key in TOLD if key not in mode.model_fields_set]:
+        if missing := [key for key in OF_CASING_MODE if key not in mode.model_fields_set]:
             yield (
                 f"casing.modes.{number}: {', '.join(missing)} not given; no usual value of a "
                 "casing is known"
@@ -235,31 +263,20 @@ def _ring_problems(casing):
 
 
 def _contact_problems(c):
-    contact, coating = c.contact, c.contact.coating
-    for name in () if contact.wears else _changed(coating):
-        yield f"contact.coating.{name}: goes with contact.law: abradable, not {contact.law}"
-    stiffness, own = contact.casing_stiffness_n_per_m, contact.own_law
+    coating = c.contact.coating
+    if not c.contact.wears:
+        return
     yield from lines_of(
-        (own is not None and contact.law != "rigid",
-         f"contact.own_law: goes with contact.law: rigid, not {contact.law}"),
-        (own is None and contact.own_law_sha256 is not None,
-         "contact.own_law_sha256: goes with contact.own_law, which is not given"),
-        (contact.wears and coating.yield_stress >= coating.young,
+        (coating.yield_stress >= coating.young,
          f"contact.coating.yield_mpa: {coating.yield_mpa:g} is not below contact.coating."
          f"young_gpa, {coating.young_gpa:g}: such a coating is pressed flat before it wears"),
-        (contact.wears and c.disk.model is not None and coating.tip_area_mm2 is None,
+        (c.disk.model is not None and coating.tip_area_mm2 is None,
          "contact.coating.tip_area_mm2: a model file does not say how large the tip of a blade is; "
          "give its area"),
-        (contact.wears and c.study == "branches",
+        (c.study == "branches",
          "contact.law: abradable does not fit study: branches, in which a speed goes on from the "
-         "motion at another: a coating keeps what every speed has worn, and forgets nothing"),
-        (contact.law == "elastic" and stiffness is None,
-         "contact.casing_stiffness_n_per_m: goes with contact.law: elastic, and is not given"),
-        (contact.law == "rigid" and stiffness is not None,
-         "contact.casing_stiffness_n_per_m: goes with contact.law: elastic or abradable, not "
-         "rigid"),
-        (stiffness is None and contact.casing_damping_ns_per_m > 0.0,
-         "contact.casing_damping_ns_per_m: goes with contact.casing_stiffness_n_per_m"),
+         "motion at another: what the blades have cut at one speed would stay cut at all that "
+         "follow"),
     )  # fmt: skip
 
 
@@ -275,9 +292,7 @@ def _limit_problems(c):
     if static is None and strength is None:
         return
     of_file = disk.model is not None and (not disk.is_resolved or disk.static_mpa is not None)
-    if limits.stress_mpa is None:
-        yield "limits.static_mpa, limits.strength_mpa: go with limits.stress_mpa, not given"
-    elif strength is None or (static is None and not of_file):
+    if strength is None or (static is None and not of_file):
         yield (
             "limits.static_mpa, limits.strength_mpa: Goodman's line needs both, or strength_mpa "
             "and a model file with the stress of rotation (stress_static)"
@@ -295,7 +310,7 @@ def _limit_problems(c):
 def _run_problems(c):
     s, steady, percentiles = c.speeds, c.steady_state, c.convergence.percentiles
     yield from lines_of(
-        (c.output.lower().endswith(BESIDE),
+        (c.output.lower().endswith(FIGURES_AND_LOGS),
          f"output: {show(c.output)} ends as the figures and logs beside a result file do"),
         (s.to_hz < s.from_hz,
          f"speeds.to_hz: {s.to_hz} is below speeds.from_hz, {s.from_hz}: no speeds"),
@@ -322,8 +337,6 @@ def _pattern_problems(c):
     if m.pattern is None:
         yield from _law_problems(c)
         return
-    if m.distribution != "uniform" or m.neighbour_correlation or m.intentional_percent:
-        yield "mistuning.pattern: explicit disks; nothing of them is random or added"
     if m.pattern_file is not None:
         return  # its contents are checked when it is read
     if len(m.pattern) != c.disk.n_blades and c.disk.is_resolved:
@@ -342,14 +355,8 @@ def _pattern_problems(c):
 
 def _law_problems(c):
     m = c.mistuning
-    is_measured, measured = m.distribution == "measured", m.measured_percent
-    beneath = m.intentional_percent or ()
+    measured, beneath = m.measured_percent, m.intentional_percent or ()
     yield from lines_of(
-        (is_measured and measured is None,
-         "mistuning.distribution: measured needs mistuning.measured_percent"),
-        (measured is not None and not is_measured,
-         f"mistuning.measured_percent: needs mistuning.distribution: measured; it is "
-         f"{m.distribution}"),
         (measured is not None and not any(measured),
          "mistuning.measured_percent: all values are 0"),
         (beneath and c.disk.is_resolved and c.disk.n_blades % len(beneath),

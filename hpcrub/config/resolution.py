@@ -10,7 +10,7 @@ from typing import Any
 FLANK = 4.0 / math.sqrt(2.0 / math.e)
 # Share of the casing's height above its mean that the step resolves at least, if the clearance
 # changes with the speed. `setup.plausibility` warns where blades meet less of the casing.
-LEAST = 0.05
+LEAST_HEIGHT = 0.05
 CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared: omega = 3.516 sqrt(EI / rho A) / l^2
 RECORDS_PER_PERIOD = 20  # records for comparing windows
 # The largest of so many displacements a period is at most 0.05 % below the largest of all steps, by
@@ -18,7 +18,7 @@ RECORDS_PER_PERIOD = 20  # records for comparing windows
 LOOKS_PER_PERIOD = 100
 
 
-def width_of_bump(config: Any, least: float = LEAST) -> float:
+def width_of_bump(config: Any, least: float = LEAST_HEIGHT) -> float:
     """Angle of the narrowest crest of a casing that blades meet [rad].
 
     It is the width, at the level of the clearance, of a Gaussian bump with the casing's height and
@@ -58,7 +58,7 @@ def _clearance(config: Any, least: float) -> float:
     return min(touching.max(), top - least * (top - mean)) if touching.size else gaps.min()
 
 
-def bump_time(config: Any, least: float = LEAST) -> float:
+def bump_time(config: Any, least: float = LEAST_HEIGHT) -> float:
     """Time in which a tip passes a bump at the highest speed [s]; infinite without contact.
 
     least: see `width_of_bump`.

@@ -16,7 +16,7 @@ from hpcrub.config.text import flatten, set_key, show
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
 
-MOST = 1000  # most runs of an input
+MOST_RUNS = 1000  # of an input
 
 
 def expand(data: dict[str, Any], given: Sequence[str] = ()) -> list[dict[str, Any]]:
@@ -30,8 +30,8 @@ def expand(data: dict[str, Any], given: Sequence[str] = ()) -> list[dict[str, An
     if "runs" not in data:
         return [data]
     entries = data.pop("runs")
-    if not isinstance(entries, list) or not 1 <= len(entries) <= MOST:
-        raise InputError(f"runs: {show(entries)} is not a list of 1 to {MOST} runs")
+    if not isinstance(entries, list) or not 1 <= len(entries) <= MOST_RUNS:
+        raise InputError(f"runs: {show(entries)} is not a list of 1 to {MOST_RUNS} runs")
     for entry in entries:
         if not isinstance(entry, dict) or not entry:
             raise InputError(f"runs: {show(entry)} does not replace keys, as {{key.path: value}}")

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from hpcrub.config import yaml_text
 from hpcrub.errors import InputError
 
-KINDS = "<list>", "<file>"  # tags of the two kinds that some values can have
+TAGS = "<list>", "<file>"  # of the two kinds that some values can have
 DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+")
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
@@ -158,13 +158,13 @@ def _unknown_key(model, path):
 
 def _names(loc):
     """Names of the keys in the location of a value, without list indices and tags of kinds."""
-    return [part for part in loc if isinstance(part, str) and part not in KINDS]
+    return [part for part in loc if isinstance(part, str) and part not in TAGS]
 
 
 def _wrong_value(model, detail):
     loc, value = detail["loc"], detail["input"]
     names = _names(loc)
-    named = (part for part in loc if part not in KINDS)
+    named = (part for part in loc if part not in TAGS)
     path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in named)[1:]
     node = _leaves(model).get(".".join(names))
     if node is None:
@@ -241,3 +241,8 @@ def _walk(schema):
             yield from below(f"{path}.{name}".removeprefix("."), known(child))
 
     return below("", schema)
+
+
+def percent(share: float) -> str:
+    """A share in per cent with two digits, without an exponent."""
+    return f"{100 * share:.0f}" if share >= 0.1 else f"{100 * share:.2g}"

@@ -49,8 +49,8 @@ FileName = Annotated[
     Field(max_length=4000, json_schema_extra={"format": "a file name"}),
 ]
 Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
-_List, _Table = (Tag(kind) for kind in config_text.KINDS)
-_ListOrTable = Discriminator(lambda value: config_text.KINDS[isinstance(value, str)])
+_List, _Table = (Tag(kind) for kind in config_text.TAGS)
+_ListOrTable = Discriminator(lambda value: config_text.TAGS[isinstance(value, str)])
 Blades = Annotated[tuple[Number, ...], Field(min_length=1, max_length=200), _List]
 # the values of one disk, or a file of a table with the values of many disks
 Pattern = Annotated[Blades | Annotated[FileName, _Table], _ListOrTable]

@@ -30,6 +30,12 @@ WORDS = (
     "still growing: the motion will change into another one",
     "diverged: a wave of the casing grows that is faster than the rotor, by friction or the step",
 )
+# meaning of the codes in result files
+POINT_STATUS = (
+    "0 none, 1 steady, 2 not steady within the time limit, 3 no result, as point_reason says: "
+    "values are NaN; 4 averaged: followed until the mean of its windows was known"
+)
+POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(WORDS))
 OF_CASING = RUNAWAY, NOT_FED  # reasons with a wave of the casing that grows
 FATAL = (
     NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER, *OF_CASING,

@@ -27,7 +27,7 @@ from hpcrub.plot.amplifications import (
 )
 from hpcrub.plot.canvas import Drawing
 from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
-from hpcrub.plot.histories import rubbing, time_response
+from hpcrub.plot.histories import time_response
 from hpcrub.plot.maps import branches, interaction_map
 from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.samples import contact_over_linear, energy
@@ -38,7 +38,7 @@ from hpcrub.plot.wear import wear
 
 FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
-    safe_diagram, mode_shapes, casing, linear, time_response, rubbing,
+    safe_diagram, mode_shapes, casing, linear, time_response,
     interaction_map, energy, contact_over_linear, branches, wear,
     casing_motion, casing_waves, air, wave_damping, threshold, checklist, patterns, rare,
 ]  # fmt: skip

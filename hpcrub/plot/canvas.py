@@ -19,6 +19,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.legend import Legend
 
 from hpcrub.config.schema import Config
+from hpcrub.effects import EFFECTS
 from hpcrub.errors import InputError
 from hpcrub.plot.families import lost_disks, ordered
 from hpcrub.plot.intervals import WORDS
@@ -34,9 +35,7 @@ ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; width of a symbol with 
 
 NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
     "": ("", lambda config: True),
-    "wear": ("a coating that wears (contact.law: abradable)", lambda c: c.contact.wears),
-    "waves": ("a casing that vibrates (casing.ring)", lambda c: c.casing.vibrates),
-    "air": ("a disk in air (aero.waves)", lambda c: c.aero.exists),
+    **{effect.name: (effect.needed, effect.exists) for effect in EFFECTS},
     "random": (
         "random samples, and this is one explicit pattern (mistuning.pattern)",
         lambda c: c.pattern_deviation is None,
@@ -190,8 +189,8 @@ class Canvas:
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
     """Return a decorator that turns a function of a `Canvas` and a file into a `Drawing`.
 
-    If the function returns something, the figure returns that instead of the axes. A function that
-    compares several files gets a list of these, sorted by `families.ordered`. how: as in `About`.
+    A function that compares several files gets a list of these, sorted by `families.ordered`.
+    how: as in `About`.
     """
     about = About(studies, **how)
 
@@ -207,11 +206,9 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
                 shown = ordered(files)
                 if about.needs == "random":
                     canvas.note(*lost_disks(shown))
-                result = draw(canvas, shown if about.several else shown[0], **options)
+                draw(canvas, shown if about.several else shown[0], **options)
                 canvas.finish(files)
-            if result is None:
-                result = canvas.axes[0] if len(canvas.axes) == 1 else np.array(canvas.axes)
-            return result
+            return canvas.axes[0] if len(canvas.axes) == 1 else np.array(canvas.axes)
 
         functools.update_wrapper(drawn, draw)
         del drawn.__wrapped__  # type: ignore[attr-defined]

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib import rc_context, rcdefaults
-from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, reason
 from hpcrub.plot.canvas import Drawing
 
-FRAMES_PER_SECOND = 25
 Path_ = str | os.PathLike[str]
 
 
@@ -23,7 +21,7 @@ def draw(
 ) -> list[Path]:  # fmt: skip
     """Draw one figure into picture files, one for several result files together or one for each.
 
-    folder: by default the folder of the first file. kind: png, pdf or svg; an animation is a GIF.
+    folder: by default the folder of the first file. kind: png, pdf or svg.
     mode: number of the mode to show, from 1. Returns the paths of the pictures. A picture is named
     STEM_NAME after its file, the main one of a study STEM, and one that compares files NAME; where
     files of one name are drawn into one folder, the names of their own folders come first.
@@ -41,27 +39,22 @@ def draw(
         with rc_context():
             rcdefaults()  # a user's own style, or LaTeX that is missing, must not matter
             paper = Figure(layout="constrained")
-            drawn = figure(group if len(group) > 1 else path, paper, mode=mode)
-            moving = isinstance(drawn, FuncAnimation)
-            ending = "gif" if moving else kind
-            targets.append((Path(folder) if folder else path.parent) / f"{name}.{ending}")
-            _save(drawn if moving else paper, targets[-1])
+            figure(group if len(group) > 1 else path, paper, mode=mode)
+            targets.append((Path(folder) if folder else path.parent) / f"{name}.{kind}")
+            _save(paper, targets[-1])
     return targets
 
 
-def _save(drawn: Figure | FuncAnimation, target: Path) -> None:
-    """Write a figure or an animation, as a whole or not at all. Raises HpcrubError."""
+def _save(drawn: Figure, target: Path) -> None:
+    """Write a figure, as a whole or not at all. Raises HpcrubError."""
     part = target.with_name(f"{target.stem}.hpcrub-part{target.suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        if isinstance(drawn, FuncAnimation):
-            drawn.save(part, writer=PillowWriter(FRAMES_PER_SECOND), dpi=80)
-        else:
-            drawn.draw_without_rendering()
-            drawn.set_layout_engine("none")  # legends would move with the edges that `tight` cuts
-            for legend in drawn.legends:
-                legend.set_bbox_to_anchor((0, 0, 1, 1), drawn.transFigure)
-            drawn.savefig(part, dpi=150, format=target.suffix[1:], bbox_inches="tight")
+        drawn.draw_without_rendering()
+        drawn.set_layout_engine("none")  # legends would move with the edges that `tight` cuts
+        for legend in drawn.legends:
+            legend.set_bbox_to_anchor((0, 0, 1, 1), drawn.transFigure)
+        drawn.savefig(part, dpi=150, format=target.suffix[1:], bbox_inches="tight")
         os.replace(part, target)
     except OSError as error:
         raise HpcrubError(f"cannot write the figure {target}: {reason(error)}") from None

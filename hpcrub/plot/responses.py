@@ -16,7 +16,7 @@ from hpcrub.plot.families import labels, lost_disks, reference
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact import layout, measured, trust
+from hpcrub.studies.contact import findings, layout, measured
 from hpcrub.studies.contact.survey import unstable_peak
 
 MOST = 20_000  # largest number of samples of a level in the band of a frequency response
@@ -50,7 +50,7 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
         draw_all(right, file, "localisation", 100)
         right.set(ylabel="localisation factor [%]", title="Localisation of the amplitudes")
     left.set(ylabel=size(file), title=f"Response in contact, {file.config.casing.words}")
-    canvas.note(*trust.short(file))
+    canvas.note(*findings.short(file))
 
 
 def size(file: ResultFile, name: str | None = None) -> str:

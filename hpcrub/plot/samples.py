@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from hpcrub.config.text import counted
+from hpcrub.effects.effect import peaks_of_disks
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import labels
 from hpcrub.plot.intervals import LEVEL
@@ -16,7 +17,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import pairs
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.studies.contact.survey import n_counted
-from hpcrub.studies.energy import amplification, largest
+from hpcrub.studies.energy import amplification
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # shares of the samples that lie inside the contours
 FEW = 100  # number of samples up to which neither density nor percentile 99 is drawn
@@ -100,7 +101,9 @@ def energy(canvas: Canvas, files: list[ResultFile]) -> None:
     """
     values = {"$A_{nl}$ by strain energy [-]": [amplification(file) for file in files]}
     if all("wear_energy_j" in file for file in files):
-        values["energy that wear took [J]"] = [largest(file, "wear_energy_j")[0] for file in files]
+        values["energy that wear took [J]"] = [
+            peaks_of_disks(file.read, "wear_energy_j")[0] for file in files
+        ]
     axes = canvas.panels(1, len(values), (1.5 + 6.0 * len(values), 5.4))[0]
     words = labels(files) if len(files) > 1 else [files[0].config.casing.words]
     by_displacement = [file.read("amplification") for file in files]

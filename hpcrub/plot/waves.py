@@ -6,15 +6,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
+from hpcrub.effects.casing_motion import PERMANENT
+from hpcrub.effects.casing_waves import SHOWN
 from hpcrub.model.crossings import MEETINGS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_all
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, edges, shades
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact import trust
-from hpcrub.studies.shared.casing_motion import PERMANENT
-from hpcrub.studies.shared.casing_waves import SHOWN
+from hpcrub.studies.contact import findings
 
 
 @figure("modal", what="waves of the casing and blades over the speed", needs="waves")
@@ -94,7 +94,7 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     _draw_runaway(grows, file)
     for panel in (tips, motion, share, grows):
         panel.set(xlabel=SPEED)
-    canvas.note(*trust.short(file))
+    canvas.note(*findings.short(file))
 
 
 def _write_waves(axes: Axes, file: ResultFile) -> None:

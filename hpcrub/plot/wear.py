@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from hpcrub.config.text import counted
+from hpcrub.effects.coating import REACHED, depth_of_all
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
@@ -15,8 +16,7 @@ from hpcrub.plot.responses import SPEED, draw_all, size
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, PINK, edges, marker, polar, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import with_interval
-from hpcrub.studies.contact import trust
-from hpcrub.studies.contact.limits import REACHED, depth_of_all
+from hpcrub.studies.contact import findings
 
 DEPTH = "worn depth [mm]"
 INNER, GROOVE = 0.55, 0.4  # radius of the new coating and largest depth in the round drawing
@@ -56,7 +56,7 @@ def wear(canvas: Canvas, file: ResultFile) -> None:
     if depths.dataLim.y1 >= REACHED * bound:
         rest = f"worn through: {bound:.3g} mm, the rest of {thickness:g} mm is compacted"
         depths.axhline(bound, color=PINK, lw=1.6, ls=":", label=rest)
-    canvas.note(*trust.short(file))
+    canvas.note(*findings.short(file))
 
 
 def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:

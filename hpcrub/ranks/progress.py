@@ -20,6 +20,7 @@ from hpcrub.statistics.percentiles import finite
 
 INTERVAL, SHARE = 5.0, 0.05  # seconds between two lines, or this share of the time so far
 WIDTH = 106  # of the tables in a log
+PLAIN: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
 
 
 class _Output(Console):
@@ -40,7 +41,7 @@ def console() -> Console:
     Under mpirun it prints plain lines: mpirun gives every rank a terminal of its own, even when
     the output of mpirun goes into a file.
     """
-    plain: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
+    plain = dict(PLAIN)
     if launched_size():
         plain["force_terminal"] = False
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -64,10 +65,19 @@ def say(line: str) -> None:
     console().print(line, soft_wrap=True)
 
 
-def print_line(text: str) -> None:
-    """Print a line: unbroken into a log, wrapped at words on a terminal."""
+def print_item(item: str | Table) -> None:
+    """Print a table, or a line: unbroken into a log, wrapped at words on a terminal."""
     out = console()
-    out.print(text, soft_wrap=not out.is_terminal)
+    out.print(item, soft_wrap=isinstance(item, str) and not out.is_terminal)
+
+
+def as_text(items: Iterable[str | Table]) -> str:
+    """Lines and tables as `print_item` prints them into a log."""
+    text = io.StringIO()
+    out = Console(file=text, width=WIDTH, **PLAIN)
+    for item in items:
+        out.print(item, soft_wrap=isinstance(item, str))
+    return text.getvalue()
 
 
 class Progress:
@@ -78,7 +88,7 @@ class Progress:
         self.began = self.shown = time.monotonic()
         self.already = self.done = self.total = 0
 
-    say = staticmethod(print_line)
+    say = staticmethod(print_item)
 
     def part(
         self, what: str, n_done: int, n_total: int, n_now: int = 0, expected: int | None = None

@@ -7,7 +7,9 @@ whose speed has reached its steady state takes the next waiting speed at the nex
 """
 
 import math
-from typing import Any
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,6 +58,20 @@ def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
     kind = Windows if scene.steady.rule == "ensemble" else LastWindow
     rule = kind(scene.steady, decay, scene.steady.window_revolutions / speed_hz)
     return Wearing(rule, scene.at(speed_hz)) if scene.coating else rule
+
+
+class SpeedEnd(NamedTuple):
+    """A speed whose motion has ended with an amplitude, as an observer of a sweep sees it."""
+
+    speed_hz: float  # of rotation [Hz]
+    modes: Modes  # at this speed
+    scene: Scene
+    bank: Bank  # state of all lanes at the end of the last window
+    lane: int  # lane of the speed
+    last: np.ndarray  # observed displacements of the records of the last window (R, O) [m]
+
+
+Observers = Mapping[str, Callable[[SpeedEnd], float]]  # {name of a quantity: its function}
 
 
 class Course:
@@ -116,9 +132,10 @@ class Band:
         speeds_hz: np.ndarray,
         width: int,
         motion: Any = None,
+        observers: Observers = MappingProxyType({}),
     ) -> None:
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
-        self.motion = motion
+        self.motion, self.observers = motion, observers
         self.bank = bank.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.waves = Waves.of(scene.interface.observed_blade, modes.pairs)
@@ -275,7 +292,7 @@ class Band:
         index, pairs, last = course.index, self.modes.pairs, self._windows(now)[1]
         out.amplitude[index] = verdict.amplitude
         out.error[index], out.scatter[index] = verdict.error, verdict.scatter
-        out.shows[index] = verdict.shows
+        out.growth_shows[index] = verdict.shows
         if self.scene.observes_stress:
             out.stress[index] = self.record.stress_peak[0, lane]
         out.half_peak_to_peak[index] = stroke / 2.0
@@ -286,6 +303,12 @@ class Band:
             moved = largest(pairs, records.reshape(-1, n))
             out.casing.largest[index], out.casing.waves[index] = moved
             out.casing.share[index] = share_of_energy(modes, self.bank, lane)
+        if self.observers:
+            modes, seen = self.modes.at(course.speed_hz), self._history()[last, :, :, lane]
+            seen = seen[..., : len(modes.observed)].reshape(-1, len(modes.observed))
+            end = SpeedEnd(course.speed_hz, modes, self.scene, self.bank, lane, seen)
+            for name, observe in self.observers.items():
+                out.observed[name][index] = observe(end)
 
     def _strokes(self, lane, now):
         """Largest stroke in the last window and jump in the last two [m]; see `strokes`."""
@@ -304,8 +327,7 @@ class Band:
     def _look(self, lane, course, now, sizes):
         """Verdict on the last two windows; None: go on. Sets the block of the next check."""
         windows, n_lanes = self._windows(now), len(self.lanes)
-        n_observed, n_casing = self.bank.scheme.observed.shape[1], self.bank.scheme.casing
-        history = self.record.history.reshape(2 * self.window, -1, n_observed, n_lanes)
+        history, n_casing = self._history(), self.bank.scheme.casing
         casing = self.record.casing.reshape(*history.shape[:2], n_casing, n_lanes)
         step, n_rows = record_step(self.window, history.shape[1]), len(self.modes.observed)
 
@@ -327,6 +349,11 @@ class Band:
         The ring holds just these two windows; the place of the next block, ``now``, is the oldest.
         """
         return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
+
+    def _history(self):
+        """Observed displacements of the ring (blocks, records, O, lanes) [m]."""
+        n_observed = self.bank.scheme.observed.shape[1]
+        return self.record.history.reshape(2 * self.window, -1, n_observed, len(self.lanes))
 
     def _peaks(self):
         """Largest observed displacements of the blocks in the ring (blocks, O, lanes) [m]."""

@@ -1,6 +1,7 @@
 """Motion of a casing that vibrates: how far, in how many waves, and whether it runs away."""
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -8,18 +9,37 @@ from hpcrub.contact import status
 from hpcrub.contact.arrays import Bank
 from hpcrub.model.casing_modes import Pairs
 from hpcrub.model.reduction import Modes
+from hpcrub.response.quantities import Quantities, quantity
 
 LARGEST = 0.1  # motion of the casing over the tips' radius, up to which it counts as small
 ANGLES_PER_WAVE = 16
 
 
-class CasingMotion(NamedTuple):
-    """Motion of the casing at S speeds; NaN where the casing is rigid, or nothing is known."""
+@dataclass
+class CasingMotion(Quantities):
+    """Motion of the casing at S speeds (S,); NaN where it is rigid, or nothing is known."""
 
-    largest: np.ndarray  # largest radial motion in the last window, at any angle (S,) [m]
-    waves: np.ndarray  # n of the pair that moves most in this window, or runs away (S,) [-]
-    share: np.ndarray  # casing's part of the energy of disk and casing, at the end (S,) [-]
-    growth: np.ndarray  # rate at which a casing runs away (S,) [1/s]
+    largest: np.ndarray = quantity(
+        "casing_motion_m", "m", "largest radial motion of the casing, angle and time, last window"
+    )
+    waves: np.ndarray = quantity(
+        "casing_waves",
+        "1",
+        "waves around the casing that move most, or that run away",
+        at_rest=np.nan,
+    )
+    share: np.ndarray = quantity(
+        "casing_energy_share",
+        "1",
+        "energy of the casing over that of disk and casing, at the end",
+        at_rest=np.nan,
+    )
+    growth: np.ndarray = quantity(
+        "casing_growth_per_s",
+        "1/s",
+        "rate at which a casing runs away; NaN: it does not",
+        at_rest=np.nan,
+    )
 
 
 def radial(pairs: Pairs, coordinates: np.ndarray, angle: np.ndarray) -> np.ndarray:

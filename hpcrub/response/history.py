@@ -123,7 +123,7 @@ class Follower:
         # observed displacements of two windows, coordinates of the casing, and peaks, by block
         self.recent: deque[tuple[np.ndarray, ...]] = deque(maxlen=2 * self.window)
         self.n_taken, self.time = 0, math.nan  # time of the last check [s]; NaN: there was none
-        self.verdict: Verdict | None = None
+        self.known: Verdict | None = None
 
     def take(self, piece: Piece, lane: int) -> None:
         """Read the next Piece, unless this speed has reached its last block or has failed."""
@@ -138,7 +138,7 @@ class Follower:
             self.watch.see(float(peak.max()), time)
             if self.n_taken % self.window == 0 or self.n_taken == self.n_blocks:
                 self.watch.keep(self.n_taken // self.per_turn, piece.worn[lane])
-        if self.n_taken in self.checks and self.verdict is None:
+        if self.n_taken in self.checks and self.known is None:
             self._look(time)
 
     def _look(self, time):
@@ -155,13 +155,13 @@ class Follower:
             kept = (np.split(part[:, ::step], 2) for part in (observed, casing))
             return self.waves.seen(*(part[window] for part in kept))
 
-        self.verdict = self.watch.look(Recent(sizes, signals, waves), time, over)
+        self.known = self.watch.look(Recent(sizes, signals, waves), time, over)
 
     @property
-    def found(self) -> Verdict:
+    def verdict(self) -> Verdict:
         """Verdict of a sweep on this speed; not steady where the history ends too early."""
         unknown = np.full(self.scene.interface.observed.shape[0], np.nan)
-        return self.verdict or Verdict(NOT_STEADY, unknown, math.nan, math.nan, math.nan)
+        return self.known or Verdict(NOT_STEADY, unknown, math.nan, math.nan, math.nan)
 
     def doubt(self, reason: int, share: np.ndarray) -> int:
         """Reason against the motion in the end, a code of ``status``.
@@ -171,7 +171,7 @@ class Follower:
         if status.are_fatal(reason):
             return reason
         stuck = permanent_contact(share, self.modes, self.scene, self.speed)
-        return stuck or reason or self.found.reason
+        return stuck or reason or self.verdict.reason
 
     @property
     def wear(self) -> Wear:

@@ -1,6 +1,8 @@
 """Frequency response of one sample: many angular speeds, integrated a band at a time (`band`)."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,8 +11,9 @@ import numpy.typing as npt
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.reduction import Modes
-from hpcrub.response.band import Band
+from hpcrub.response.band import Band, Observers
 from hpcrub.response.casing_motion import CasingMotion
+from hpcrub.response.quantities import Quantities, quantity
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.scene import Scene, can_touch, enough
 from hpcrub.response.wear import Wear
@@ -31,50 +34,83 @@ class Motion(NamedTuple):
         return cls(still, still.copy(), np.zeros(n_speeds), np.full(n_speeds, None))
 
 
-class SweepResult(NamedTuple):
-    """Frequency response of one sample over S speeds."""
+@dataclass(kw_only=True)
+class SweepResult(Quantities):
+    """Frequency response of one sample over S speeds: arrays (S,), and the number of steps."""
 
-    amplitude: np.ndarray  # (S,) largest observed displacement [m]; NaN where diverged
-    error: np.ndarray  # (S,) standard error of the amplitude [m]; NaN: unknown
-    scatter: np.ndarray  # (S,) standard deviation of the windows' amplitudes [m]; NaN: unknown
-    half_peak_to_peak: np.ndarray  # (S,) largest of any observed displacement, last window [m]
-    # (S,) largest |stress| of the last window, on a coating at any time [Pa]; NaN: not observed
-    stress: np.ndarray
-    time: np.ndarray  # (S,) simulated [s]
-    shows: np.ndarray  # (S,) time at which a wave that still grows will show [s]; NaN: none grows
-    localisation: np.ndarray  # (S,) [-]
-    point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
-    point_reason: np.ndarray  # (S,) uint8: code of ``status``
-    max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
+    amplitude: np.ndarray = quantity(
+        "amplitude_m",
+        "m",
+        "largest tangential displacement of any tip over the last revolutions; rule ensemble: its "
+        "mean over several windows",
+    )
+    error: np.ndarray = quantity(
+        "amplitude_error_m",
+        "m",
+        "standard error of amplitude_m by the scatter of its windows; NaN: not known",
+        at_rest=np.nan,
+    )
+    scatter: np.ndarray = quantity(
+        "amplitude_scatter_m",
+        "m",
+        "standard deviation of the windows' amplitudes; NaN: not known",
+        at_rest=np.nan,
+    )
+    half_peak_to_peak: np.ndarray = quantity(
+        "half_peak_to_peak_m",
+        "m",
+        "half of peak to peak, the largest of any tip in the last window, without its offset",
+    )
+    stress: np.ndarray = quantity(
+        "stress_pa",
+        "Pa",
+        "largest stress of any blade in the last window; on a coating of any time",
+        at_rest=np.nan,
+    )
+    time: np.ndarray = quantity("time_s", "s", "simulated time until steady or given up")
+    growth_shows: np.ndarray = quantity(
+        "growth_shows_s",
+        "s",
+        "time at which a wave that still grows at the end will show, so that the motion becomes "
+        "another one; NaN: none grows",
+        at_rest=np.nan,
+    )
+    localisation: np.ndarray = quantity(
+        "localisation", "1", "localisation factor of the blade-tip amplitudes"
+    )
+    point_status: np.ndarray = quantity(
+        "point_status", "1", status.POINT_STATUS, "u1", at_rest=STEADY
+    )
+    point_reason: np.ndarray = quantity("point_reason", "1", status.POINT_REASON, "u1")
+    max_sweeps: np.ndarray = quantity(
+        "max_sweeps",
+        "1",
+        "most sweeps of the contact force solver in one step; 0: no contact",
+        "u1",
+    )
     casing: CasingMotion
     wear: Wear
+    observed: dict[str, np.ndarray]  # values by the observers of `run_sweep`, (S,) each
     n_steps: int = 0  # time steps of all speeds together
 
     @classmethod
-    def empty(cls, n: int, n_strips: int = 0) -> "SweepResult":
+    def empty(cls, n: int, n_strips: int = 0, observers: Iterable[str] = ()) -> "SweepResult":
         """Result of n speeds that are not integrated yet; n_strips: of a coating."""
-        numbers, codes = np.full((8, n), np.nan), np.zeros((3, n), dtype=np.uint8)
-        numbers[5] = 0.0  # time
-        motions = CasingMotion(*np.full((4, n), np.nan)), Wear.empty(n, n_strips)
-        values: tuple[Any, ...] = *numbers, *codes, *motions
-        return cls(*values)
+        parts = CasingMotion(**CasingMotion.empty_arrays(n)), Wear.empty(n, n_strips)
+        observed = {name: np.full(n, np.nan) for name in observers}
+        return cls(**cls.empty_arrays(n), casing=parts[0], wear=parts[1], observed=observed)
 
-    @property
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """All arrays with a row for every speed."""
-        return *self[:11], *self.casing, *self.wear
-
-    def take(self, speeds: Any, other: "SweepResult") -> None:
-        """Copy the response at some speeds (an index) from another result (self is modified)."""
-        for values, new in zip(self.arrays, other.arrays, strict=True):
-            values[speeds] = new[speeds]
+    def by_name(self) -> dict[str, np.ndarray]:
+        """Return {name of the dataset: array (S, ...)} of all quantities."""
+        return super().by_name() | self.observed
 
     def continued(self, reason: np.ndarray) -> "SweepResult":
         """Result without the points that failed in a later run; reason: its codes (S,)."""
         lost = status.are_fatal(reason) & (self.point_status != DIVERGED)
         names = "amplitude", "localisation", "error", "scatter", "half_peak_to_peak", "stress"
         kept: dict[str, Any] = {n: np.where(lost, np.nan, getattr(self, n)) for n in names}
-        return self._replace(
+        return replace(
+            self,
             **kept,
             point_status=np.where(lost, DIVERGED, self.point_status).astype(np.uint8),
             point_reason=np.where(lost, reason, self.point_reason).astype(np.uint8),
@@ -89,6 +125,7 @@ def run_sweep(
     width: int | None = None,
     selection: Iterable[int] | None = None,
     motion: Motion | None = None,
+    observers: Observers = MappingProxyType({}),
 ) -> SweepResult:
     """Integrate every speed in time to its steady state.
 
@@ -101,34 +138,35 @@ def run_sweep(
     - selection: indices of the speeds to integrate, all by default. A sweep in parts takes the
       same steps, and gives the same bits, as the whole sweep.
     - motion: initial motion, rest by default (modified: it becomes the motion at the end).
+    - observers: {name of a quantity: function of the end of a speed}. Its values are `observed` of
+      the result; NaN at speeds without an amplitude, and where no blade can touch.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
-    out, n_steps = SweepResult.empty(n, scene.n_strips), 0
+    out, n_steps = SweepResult.empty(n, scene.n_strips, observers), 0
     wanted = set(range(n) if selection is None else selection)
     if motion is None:
-        still = [i for i in wanted if not can_touch(scene.at(speeds_hz[i]))]
-        _leave_at_rest(out, still, scene)
-        wanted -= set(still)
+        wanted -= _leave_at_rest(out, wanted, speeds_hz, scene)
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
         # fastest first: they take longest to settle, and should not be left to the last lanes
         waiting = [i for i in band[::-1] if i in wanted]
         if waiting:
             n_lanes = width or enough(scene.lanes, len(waiting))
-            lanes = Band(modes, scene, grid, speeds_hz, n_lanes, motion)
+            lanes = Band(modes, scene, grid, speeds_hz, n_lanes, motion, observers)
             n_steps += lanes.run(waiting, out, poll)
-    return out._replace(n_steps=n_steps)
+    return replace(out, n_steps=n_steps)
 
 
-def _leave_at_rest(out, still, scene):
-    """Write the response at speeds (indices) at which nothing touches (out is modified)."""
-    known = 0.0 if scene.steady.rule == "ensemble" else np.nan
-    no_stress = 0.0 if scene.observes_stress else np.nan
-    at_rest = 0.0, known, known, 0.0, no_stress, 0.0, np.nan, 0.0, STEADY
-    for values, rest in zip(out[:9], at_rest, strict=True):
-        values[still] = rest
-    out.casing.largest[still] = 0.0
+def _leave_at_rest(out, wanted, speeds_hz, scene):
+    """Write the response at the speeds (indices) at which nothing touches, and return these."""
+    still = [i for i in wanted if not can_touch(scene.at(speeds_hz[i]))]
+    out.rest(still)
+    out.casing.rest(still)
+    if scene.steady.rule == "ensemble":
+        out.error[still] = out.scatter[still] = 0.0
+    if scene.observes_stress:
+        out.stress[still] = 0.0
     if scene.coating:
-        for values in out.wear:
-            values[still] = 0.0
+        out.wear.rest(still)
+    return set(still)

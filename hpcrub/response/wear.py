@@ -5,13 +5,15 @@ changes any more. Until then the amplitudes belong to a casing that is still bei
 """
 
 import math
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
 from hpcrub.response.ensemble import Recent, Verdict, Watch
+from hpcrub.response.quantities import Quantities, quantity
 from hpcrub.response.scene import Scene
 
 REVOLUTIONS = 10  # revolutions over which the growth of the worn depth is taken
@@ -21,24 +23,39 @@ FAINT = 0.1  # least depth of lobes over the worn depth, and amplitude of an ord
 N_ANGLES = 360  # angles at which a result keeps the worn depths of a speed
 
 
-class Wear(NamedTuple):
+@dataclass
+class Wear(Quantities):
     """State of the coating at S speeds, at the end of the integration; NaN without a coating."""
 
-    amplitude: np.ndarray  # largest observed displacement at any time (S,) [m]
-    time: np.ndarray  # end of the block with this displacement (S,) [s]
-    depth: np.ndarray  # largest worn depth (S,) [m]
-    growth: np.ndarray  # largest growth of any bar's worn depth in the last REVOLUTIONS (S,) [m]
-    volume: np.ndarray  # volume worn away (S,) [m³]
-    energy: np.ndarray  # energy of the wear (S,) [J]
-    lobes: np.ndarray  # number of lobes of the worn depth, 0 for none (S,) [-]
-    around: np.ndarray  # worn depth of Z strips around the casing (S, Z, A) [m]
+    amplitude: np.ndarray = quantity(
+        "largest_amplitude_m", "m", "largest tangential displacement of any tip at any time"
+    )
+    time: np.ndarray = quantity(
+        "largest_amplitude_time_s", "s", "when it was that large, to a pitch of the casing"
+    )
+    depth: np.ndarray = quantity(
+        "worn_depth_m", "m", "largest worn depth of the coating in the end"
+    )
+    growth: np.ndarray = quantity(
+        "worn_growth_m", "m", "largest growth of a worn depth in the last ten revolutions or so"
+    )
+    volume: np.ndarray = quantity(
+        "worn_volume_m3", "m3", "volume of coating worn away: depth by arc by width of its strip"
+    )
+    energy: np.ndarray = quantity(
+        "wear_energy_j", "J", "energy that has gone into the wear of this volume"
+    )
+    lobes: np.ndarray = quantity(
+        "lobes", "1", "lobes of the worn depth beyond what blades at rest cut; 0: none"
+    )
+    around: np.ndarray = quantity(  # (S, Z, N_ANGLES)
+        "worn_m", "m", "largest worn depth within an angle of the casing, of each strip"
+    )
 
     @classmethod
     def empty(cls, n: int, n_strips: int) -> "Wear":
         """Wear at n speeds that are not integrated yet; n_strips: of the coating, 0 without one."""
-        around = np.full((n, n_strips, N_ANGLES), np.nan)
-        values: tuple[Any, ...] = *np.full((7, n), np.nan), around
-        return cls(*values)
+        return cls(**cls.empty_arrays(n, around=(n_strips, N_ANGLES)))
 
 
 class Wearing(Watch):
@@ -88,11 +105,10 @@ class Wearing(Watch):
         worn = self.depths[-1][1]
         coating, radius = self.scene.coating, float(self.scene.interface.radius.max())
         assert coating is not None  # a scene without coating has no Wearing
-        grown = self.largest, self.time, worn.max(), self.growth
-        lost = worn_away(worn, coating, radius)
-        shape = lobes(worn, self.scene), around(worn)
-        for array, value in zip(wear, (*grown, *lost, *shape), strict=True):
-            array[index] = value
+        wear.amplitude[index], wear.time[index] = self.largest, self.time
+        wear.depth[index], wear.growth[index] = worn.max(), self.growth
+        wear.volume[index], wear.energy[index] = worn_away(worn, coating, radius)
+        wear.lobes[index], wear.around[index] = lobes(worn, self.scene), around(worn)
 
 
 def worn_away(worn: np.ndarray, coating: Coating, radius: float) -> tuple[float, float]:

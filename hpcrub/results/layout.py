@@ -5,16 +5,18 @@ dataset with the values along it where the study names one, else numbers from 0 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import status
+from hpcrub.response.quantities import Quantity
 
 # Number of the layout, an attribute of every file. Whoever changes the name, the dimensions or the
 # meaning of a dataset raises it.
-NUMBER = 5
+NUMBER = 6
+
+Values = tuple[str, Any, Any]  # dataset, where in it, values
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample or task
 OVERHEAD = 1024  # [bytes] of the name and attributes of a dataset, about
@@ -49,7 +51,16 @@ def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
     )
 
 
+def datasets(
+    group: str, dimensions: tuple[str, ...], quantities: Iterable[Quantity]
+) -> Iterator[Dataset]:
+    """Datasets of some quantities, over the same dimensions; group: "" for the file's root."""
+    prefix = f"{group}/" if group else ""
+    return (Dataset(prefix + of.name, dimensions, *of[1:4]) for of in quantities)
+
+
 SPEEDS = Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation")
+ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
 
 _INDEX = {
     "sample": "number of the sample in the whole study",
@@ -67,9 +78,4 @@ def index_scale(dimension: str, name: str) -> Dataset:
     return Dataset(name, (dimension,), units, words, dtype)
 
 
-POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(status.WORDS))
 PEAK_STATUS = "status of the point of the largest amplitude, as point_status"
-POINT_STATUS = (
-    "0 none, 1 steady, 2 not steady within the time limit, 3 no result, as point_reason says: "
-    "values are NaN; 4 averaged: followed until the mean of its windows was known"
-)

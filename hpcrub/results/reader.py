@@ -1,6 +1,6 @@
 """A result file for a notebook: arrays by their names, pandas tables.
 
-It needs neither MPI nor the models, and pandas only for tables. xarray can open the file, too.
+It needs neither MPI nor the models, and xarray only for tables, which can open the file, too.
 """
 
 import difflib
@@ -15,7 +15,7 @@ from hpcrub.results.storage import ResultFile
 if TYPE_CHECKING:
     import pandas
 
-BESIDE = "blade"  # a dimension that, as the last one, makes columns of a table instead of rows
+COLUMNS = "blade"  # a dimension that, as the last one, makes columns of a table instead of rows
 RUNS = "tuned/run"  # dimension of the runs of the tuned disk, which are no samples
 # short names of tables: a dataset that is a column of the table
 SHORT = {"percentiles": "statistics/contact/amplification", "tuned": "tuned/amplitude_m"}
@@ -87,40 +87,35 @@ class Results(ResultFile):
     def _rows(self, name):
         """Return the dimensions of the table where a dataset is a column, or has one per blade."""
         names = self.dimensions(name)
-        return names[:-1] if len(names) > 1 and names[-1] == BESIDE else names
+        return names[:-1] if len(names) > 1 and names[-1] == COLUMNS else names
 
     def to_dataframe(self, table: str = "samples") -> "pandas.DataFrame":
         """One row for each sample, or each point, or another of the `tables`.
 
         Columns are called as the datasets; one column for each blade, counted from 1, where they
         have values by blade. The rows are indexed by the table's dimensions.
-        Raises InputError when there is no such table, or pandas is not installed.
+        Raises InputError when there is no such table, or xarray is not installed.
         """
         try:
-            import pandas
+            import xarray
         except ImportError:
-            raise InputError("pandas is not installed: pip install 'hpcrub[tables]'") from None
+            raise InputError("xarray is not installed: pip install 'hpcrub[tables]'") from None
         tables = self.tables()
         if table not in tables:
             there = "; ".join(reversed(tables))  # tables with short names first
             raise InputError(f"{self.path}: no table {table!r}; there are {there}")
         dimensions = tables[table]
         names = [n for n in self if self._rows(n) == dimensions and n not in dimensions]
+        short = {name: name.rpartition("/")[2] for name in (*names, *dimensions)}
         columns = {}
         for name in names:
-            short = name.rpartition("/")[2]
-            alone = sum(short == other.rpartition("/")[2] for other in names) == 1
-            values = np.asarray(self[name])
-            label = short if alone else name
-            if values.ndim == len(dimensions):
-                columns[label] = values.ravel()
-            else:
-                by_blade = values.reshape(-1, values.shape[-1]).T
-                columns |= {f"{label}_{blade}": column for blade, column in enumerate(by_blade, 1)}
+            label = short[name] if [*short.values()].count(short[name]) == 1 else name
+            if self.dimensions(name) == dimensions:
+                columns[label] = dimensions, self[name]
+                continue
+            for blade, values in enumerate(np.moveaxis(self[name], -1, 0), 1):
+                columns[f"{label}_{blade}"] = dimensions, values
         lengths = zip(dimensions, self.shape(names[0]), strict=False)  # without the blades
-        axes = [  # where a dimension has no values, its indices
-            self[d] if d in self and self.shape(d) == (n,) else np.arange(n) for d, n in lengths
-        ]
-        levels = [dimension.rpartition("/")[2] for dimension in dimensions]
-        index = pandas.MultiIndex.from_product(axes, names=levels)
-        return pandas.DataFrame(columns, index if len(levels) > 1 else index.get_level_values(0))
+        known = {d: self[d] for d, n in lengths if d in self and self.shape(d) == (n,)}
+        rows = xarray.Dataset(columns, known).to_dataframe(dim_order=[*dimensions])
+        return rows.rename_axis([short[dimension] for dimension in dimensions])

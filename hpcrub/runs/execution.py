@@ -56,7 +56,8 @@ def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
     """
     check_output(run, existing)
     memory.check(run)
-    prepared, warnings = run.prepare(), [*checks.idle(run.config), *checks.doubtful(run.config)]
+    prepared = run.prepare()
+    warnings = [*checks.keys_without_effect(run.config), *checks.doubtful(run.config)]
     if run.study.integrates:
         warnings += run.study.warnings(run.config, prepared)
     return prepared, warnings

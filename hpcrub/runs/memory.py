@@ -6,13 +6,13 @@ The layout of the result file reserves the space on the disk.
 import math
 import os
 
+from hpcrub import effects
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.errors import InputError
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
-from hpcrub.response.wear import N_ANGLES, REVOLUTIONS
 from hpcrub.runs.study import Run
-from hpcrub.setup.problem import time_grid
+from hpcrub.setup.problem import scene_of
 
 DENSE = 8  # matrices of the full model in memory at once
 FILL = 60  # bytes of a factorisation for each byte of the file of an unreduced model
@@ -34,7 +34,7 @@ def estimate(run: Run) -> int:
     rows = (NUMBER if study.of_tasks else SAMPLE) * n_parts
     integration = 0
     if study.integrates:
-        speed, scene = config.speeds.from_hz, time_grid(config)
+        speed, scene = config.speeds.from_hz, scene_of(config)
         grid = cut_revolution(speed, scene)
         per_revolution = grid.steps_per_revolution // grid.stride
         records = per_revolution * config.steady_state.window_revolutions
@@ -42,8 +42,7 @@ def estimate(run: Run) -> int:
         integration = NUMBER * (grid.steps_per_block + 2 * records * n_points * WIDTH)
         if config.disk.model is not None:  # Delassus operators of all points
             integration += NUMBER * 4 * n_points**2 * WIDTH
-        if config.contact.wears:
-            integration += _worn(config, grid)
+        integration += sum(effect.n_bytes(config, grid) for effect in effects.of(config))
         if study.histories:
             records = history.n_records(speed, config.history.duration_s, scene)
             kept = config.n_coordinates + 4 * n_points  # forces, displacements, gaps
@@ -61,11 +60,3 @@ def check(run: Run) -> None:
             f"not enough memory: this study needs {needed / 1e9:,.1f} GB "
             f"({there / 1e9:,.1f} GB are there)"
         )
-
-
-def _worn(config, grid):
-    """Bytes of worn depths: of all lanes, now and after some windows, and of the results."""
-    kept = 3 + REVOLUTIONS // config.steady_state.window_revolutions
-    bars = WIDTH * grid.steps_per_revolution * kept
-    results = config.speeds.n_values * N_ANGLES * (1 + config.mistuning.tuned_runs)
-    return NUMBER * config.disk.n_strips * (bars + results)

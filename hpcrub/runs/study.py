@@ -4,41 +4,53 @@ A study is a module of `hpcrub/studies` with a subclass of `Study` and an instan
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from rich.table import Table
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
+from hpcrub.effects.effect import Results
 from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import Progress, amount, print_line
+from hpcrub.ranks.progress import Progress, amount, console, print_item
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import history
 from hpcrub.response.wear import N_ANGLES
-from hpcrub.results.layout import DONE, PENDING, SPEEDS, Dataset
+from hpcrub.results.layout import ANGLE, DONE, PENDING, SPEEDS, Dataset, Values
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Finding, Verdict
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.verdict import Finding
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup import imported, plausibility
-from hpcrub.setup.disks import Disks, disks, modes_of
+from hpcrub.setup.disks import Disks, fixed_disks, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
-ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
 Poll = Callable[[], Any]  # long computations call it often; an exception from it ends the task
-Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
+
+
+class Round(NamedTuple):
+    """What a study computes next, which the results in its file alone tell."""
+
+    tasks: Sequence[Any]  # indices in the dataset `status`; none: the study is over
+    known: Mapping[str, Any] = {}  # {dataset: values} that the results tell so far
+    expected: int | None = None  # parts that are probably needed; 0: not known; None: all
+    phase: str = ""  # name of the tasks; those of another name take another time
+    status: str = "status"  # dataset in which the tasks are marked as done
+    integrates: bool = True  # whether the tasks need the kernel, if the study integrates
+    told: Any = None  # value of `poll` for all tasks of the round
 
 
 class Job:
     """A run in progress; its file may already hold some of the results.
 
     It computes rounds of tasks: a round begins when all tasks of the one before are in the file.
-    Independent tasks form one round.
     """
 
     def __init__(
@@ -60,30 +72,34 @@ class Job:
         self.progress, self.phase = progress, phase
         self.work = Work()  # done so far, on rank 0
         self.n_before = 0  # tasks of it that do not tell the time left
-        # parts that are probably needed; 0: not known; None: all
-        self.expected: int | None = None
-        self.status = np.zeros(0, dtype=np.uint8)  # of every part of the job, on rank 0
-        self.round: Any = None  # result of `_next`
+        self.expected: int | None = None  # as in the round
+        self.status = np.zeros(0, dtype=np.uint8)  # of every part as the job begins, on rank 0
+        self.n_finished = 0  # parts, on rank 0
+        self.round: Any = None  # Round, on all ranks without its tasks
+        self.tasks: Sequence[Any] = ()  # of the round, on rank 0
+        self.has_kernel = False
 
     def run(self) -> None:
         """Compute and write all missing results, round after round (all ranks).
 
         Raises Interrupted on all ranks after a stop signal; finished results are in the file.
         """
-        self.round = self.team.on_root(self._take_stock)
-        if self.round and self.study.integrates:
-            self.load_kernel()
-        self.phase(self.study.unit)
-        while self.round:
-            tasks = self._tasks() if self.team.rank == 0 else ()
-            self.team.run_tasks(tasks, self._compute, self._collect)
-            self.round = self.team.on_root(self._next)
+        self.team.on_root(self._take_stock)
+        while planned := self.team.on_root(self._plan):
+            if planned.integrates and self.study.integrates and not self.has_kernel:
+                self.load_kernel()
+            if self.round is None or self.round.phase != planned.phase:
+                self.phase(planned.phase or self.study.unit)
+                self.begin()
+            self.round = planned
+            self.team.run_tasks(self.tasks, self._compute, self._collect, planned.told)
 
     def load_kernel(self) -> None:
         """Compile the kernel, or load it, before anything is measured (all ranks)."""
         self.phase("loading the kernel")
         problem = self.study.problem_of(self.prepared)
         warm_up(self.team, self.config, problem, self.study.histories)
+        self.has_kernel = True
         self.begin()
 
     def begin(self) -> None:
@@ -93,7 +109,7 @@ class Job:
 
     def n_done(self) -> tuple[int, int]:
         """Number of finished parts of the job, and of all parts (rank 0)."""
-        return int(np.count_nonzero(self.status != PENDING)), self.status.size
+        return self.n_finished, self.status.size
 
     def require_results(self) -> None:
         """Raise HpcrubError when all of the job has failed (rank 0); tasks never fail."""
@@ -104,36 +120,29 @@ class Job:
 
     def _take_stock(self):
         self.status = self.file.status
-        return self._next()
+        self.n_finished = int(np.count_nonzero(self.status != PENDING))
 
-    def _next(self):
-        """Description of the next round for all ranks, false when all is done (rank 0)."""
-        return int(np.count_nonzero(self.status == PENDING))
-
-    def _tasks(self):
-        """Tasks of the round (rank 0)."""
-        return map(int, np.flatnonzero(self.status == PENDING))
+    def _plan(self):
+        """Write what is known, and plan the next round; without its tasks, None at the end."""
+        planned = self.study.next_round(self.file)
+        self.file.write(planned.known, ())
+        self.tasks, self.expected = planned.tasks, planned.expected
+        return planned._replace(tasks=(), known={}) if planned.tasks else None
 
     def _compute(self, task, poll):
-        """Compute and write one task. Returns its duration [s]."""
+        """Compute and write one task, its status last. Returns its duration [s]."""
         start = time.perf_counter()
-        for name, where, values in self._pieces(task, poll):
+        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
             self.file.write({name: values}, where)
+        self.file.write({self.round.status: DONE}, task)
         return time.perf_counter() - start
 
-    def _pieces(self, task, poll):
-        """Results of a task, its status last: (dataset, where in it, values)."""
-        yield from self.study.compute(self.config, self.prepared, task, poll)
-        yield "status", task, DONE
-
     def _collect(self, task, seconds):
-        self.status[task] = DONE
-        self._count(self.study.unit, seconds)
-
-    def _count(self, what, seconds):
-        """Count a task that took some seconds, and tell how far the job is; what: parts of it."""
+        """Count a task that took some seconds, and tell how far the job is (rank 0)."""
+        self.n_finished += np.size(self.status[task])  # a task may have several parts
         self.work += Work(1, 0, seconds)
-        self.progress.part(what, *self.n_done(), self.work.n_done - self.n_before, self.expected)
+        n_now = self.work.n_done - self.n_before
+        self.progress.part(self.study.unit, *self.n_done(), n_now, self.expected)
 
 
 class Study:
@@ -141,7 +150,7 @@ class Study:
 
     A subclass defines `name`, `what`, `datasets` or `layout`, and `compute`; the rest has defaults.
     `layout`, `sizes` and `constants` describe the file before anything is computed.
-    A study without independent tasks has a `job` of its own, as `contact` has.
+    A study whose results tell what to compute next has a `next_round`; `contact` has its own `job`.
     """
 
     name: str
@@ -156,16 +165,16 @@ class Study:
     integrates = False  # whether it integrates in time, with the contact kernel
     histories = False  # whether it keeps whole motions, not only amplitudes
     job: type[Job] = Job  # class that computes a run on all ranks
+    of_tasks = True  # whether it consists of independent tasks; else `layout` has the status
     unit = "tasks"  # name of the parts of the job
-
-    @property
-    def of_tasks(self) -> bool:
-        """Whether the study consists of independent tasks."""
-        return self.job is Job
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file."""
-        return self.datasets
+        return *self.datasets, *self.of_effects(config)
+
+    def of_effects(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets that the effects of an input add."""
+        return tuple(d for e in effects.of(config) for d in e.datasets.get(self.name, ()))
 
     def sizes(self, config: Config) -> Counts:
         """Lengths of dimensions that `Run.known_sizes` lacks, as far as the input tells them."""
@@ -203,10 +212,10 @@ class Study:
         """Number of independent tasks."""
         return 1
 
-    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: Any, poll: Poll) -> Iterator[Values]:
         """Yield the results of one task: (dataset, where in it, values).
 
-        problem: returned by `prepare`; task: its index in the dataset `status`.
+        prepared: by `prepare`; task: its index in the dataset `status`.
         """
         raise NotImplementedError
 
@@ -222,17 +231,19 @@ class Study:
         """How much the study will compute, in words, if that depends on its results; else ""."""
         return ""
 
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether a file is complete although some of its parts are missing."""
-        return False
+    def next_round(self, file: ResultFile) -> Round:
+        """Tasks that are computed next, and what the results in the file tell so far (rank 0)."""
+        return Round(np.flatnonzero(file.status == PENDING).tolist())
 
-    def expected(self, file: ResultFile) -> int | None:
-        """Number of parts that are probably needed; 0: not known; None: all."""
-        return None
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether a file is complete, although some of its parts may be missing."""
+        last = self.next_round(file)
+        there = (np.array_equal(file.read(n), v, equal_nan=True) for n, v in last.known.items())
+        return not last.tasks and all(there)
 
     def amount_done(self, file: ResultFile, n_done: int) -> str:
         """How many parts of a file are done, of those that are expected, in words."""
-        expected = self.expected(file)
+        expected = self.next_round(file).expected
         if expected and self.is_enough(file):
             expected = 0
         return amount(n_done, file.status.size, expected, self.unit)
@@ -241,18 +252,34 @@ class Study:
         """Lines about the results; the first line stands in a table of several runs."""
         return ()
 
+    def facts(self, file: ResultFile, disk: int = 0) -> Iterator[str]:
+        """Lines about the effects of an input; disk: of a study of whole motions."""
+        results = Results(self.name, file.config, file.read, disk)
+        return (line for effect in effects.of(file.config) for line in effect.lines(results))
+
     def findings(self, file: ResultFile) -> Iterable[Finding]:
         """Findings against the results, for the verdict."""
         return ()
 
-    def verdict(self, file: ResultFile) -> list[str]:
-        """Verdict on the results, followed by lines of advice."""
-        return verdict.block([*verdict.not_resolved(file.warnings), *self.findings(file)])
+    def verdict(self, file: ResultFile) -> Verdict:
+        """Verdict on the results."""
+        results = Results(self.name, file.config, file.read)
+        of_effects = (f for e in effects.of(file.config) for f in e.findings(results))
+        doubts = findings.not_resolved(file.warnings)
+        return Verdict.of([*doubts, *of_effects, *self.findings(file)])
+
+    def answer(self, file: ResultFile, usable: bool, width: int) -> Iterable[str | Table]:
+        """Lines and tables of the results.
+
+        usable: whether the verdict calls them usable; width: of the tables, in letters.
+        """
+        return self.report(file)
 
     def print_results(self, file: ResultFile) -> None:
         """Print verdict and results."""
-        for line in (*verdict.in_words(self.verdict(file)), *self.report(file)):
-            print_line(line)
+        verdict = self.verdict(file)
+        for item in (*verdict.printed(), *self.answer(file, verdict.usable, console().width)):
+            print_item(item)
 
 
 class StudyInTime(Study):
@@ -264,28 +291,28 @@ class StudyInTime(Study):
     @property
     def time_key(self) -> str:
         """Key of the time after which a motion that has not settled ends."""
-        return "history.duration_s" if "history" in self.sections else verdict.TIME_KEY
+        return "history.duration_s" if "history" in self.sections else findings.TIME_KEY
 
     def prepare(self, config: Config) -> Any:
         """Prepare the Problem and the modes of all disks. Raises InputError."""
         problem = build_problem(config)
-        return Disks(problem, [modes_of(config, problem, blades) for blades in disks(config)])
+        return Disks(problem, [modes_of(config, problem, blades) for blades in fixed_disks(config)])
 
     def n_tasks(self, config: Config) -> int:
         """Number of disks times number of groups of speeds."""
-        return len(disks(config)) * len(history.groups(config.speeds.values_hz))
+        return len(fixed_disks(config)) * len(history.groups(config.speeds.values_hz))
 
     def cost(self, config: Config) -> Cost:
         """Histories of every disk over the whole duration."""
-        n_disks = len(disks(config))
+        n_disks = len(fixed_disks(config))
         return Cost(histories=n_disks * config.history.duration_s, disks=n_disks)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Findings against the points and amplitudes of all disks, or starts."""
         names = "amplitude_m", "point_status", "point_reason"
         amplitude, states, reasons = map(file.read, names)
-        yield from verdict.of_points(file.config, amplitude, states, reasons, self.time_key)
-        yield from verdict.kinematics(file.config, amplitude)
+        yield from findings.of_points(file.config, amplitude, states, reasons, self.time_key)
+        yield from findings.kinematics(file.config, amplitude)
 
 
 class Run(NamedTuple):
@@ -323,6 +350,8 @@ class Run(NamedTuple):
             "angle": N_ANGLES,
             "task": self.n_tasks,
         }
+        for effect in effects.of(config):
+            of_all |= effect.sizes(config)
         return of_all | self.study.sizes(config)
 
     def constants(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from hpcrub.config.schema import Config
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import print_line
+from hpcrub.ranks.progress import print_item
 from hpcrub.response import history, sweep
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup.disks import modes_of
@@ -29,7 +29,7 @@ def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> No
     tuned = modes_of(config, problem, np.zeros(config.disk.n_blades))
     kept = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     if team.rank == 0:
-        print_line(LOADING if kept else COMPILING)
+        print_item(LOADING if kept else COMPILING)
     if kept:
         team.on_root(lambda: _load(tuned, problem.scene, histories))
     _load(tuned, problem.scene, histories)

@@ -14,10 +14,10 @@ from hpcrub.setup.problem import FURTHEST, Model, Problem
 # Relative change of stiffness from run to run of one disk. It is far too small to matter for a
 # structure, and large enough for a chaotic motion to take another course before it is judged. (With
 # 1e-6 all runs were still the same when they ended by the rule of the paper.)
-APART = 3e-5
+BETWEEN_RUNS = 3e-5
 # Largest deviation of single blades in the runs of one disk. From it a wave that breaks the
 # symmetry takes 9 time constants of its growth to show, from rounding 37.
-UNLIKE = 1e-4
+BETWEEN_BLADES = 1e-4
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # its multiples fill a range evenly, however many there are
 
 
@@ -31,16 +31,16 @@ class Disks(NamedTuple):
 def run_deviation(config: Config, run: int) -> np.ndarray:
     """Relative change of the blades' stiffness in a run of one disk (N,) [-].
 
-    By `mistuning.reference` the blades differ by up to UNLIKE, or all are stiffer by one share,
-    from 0 up to FURTHEST. Then the first ten runs are APART from each other, and all later ones lie
-    between them: with stiffer and stiffer disks the amplitude of a motion that repeats itself would
-    follow the stiffness.
+    By `mistuning.reference` the blades differ by up to BETWEEN_BLADES, or all are stiffer by one
+    share, from 0 up to FURTHEST. Then the first ten runs are BETWEEN_RUNS from each other, and all
+    later ones lie between them: with stiffer and stiffer disks the amplitude of a motion that
+    repeats itself would follow the stiffness.
     """
     n_blades = config.disk.n_blades
     if config.mistuning.reference == "staying":
-        return UNLIKE * uniform(config.mistuning.seed, RUNS, 0, run, n_blades)
-    block, place = divmod(run, round(FURTHEST / APART))
-    return np.full(n_blades, APART * (place + GOLDEN * block % 1.0))
+        return BETWEEN_BLADES * uniform(config.mistuning.seed, RUNS, 0, run, n_blades)
+    block, place = divmod(run, round(FURTHEST / BETWEEN_RUNS))
+    return np.full(n_blades, BETWEEN_RUNS * (place + GOLDEN * block % 1.0))
 
 
 def deviation(config: Config, level: int, sample: int) -> np.ndarray:
@@ -77,7 +77,7 @@ def sigma_of(config: Config) -> np.ndarray:
     return np.hypot(half_range * law.sigma, beneath)
 
 
-def disks(config: Config) -> np.ndarray:
+def fixed_disks(config: Config) -> np.ndarray:
     """Stiffness deviations (D, N) [-] of the tuned disk and, if given, of the pattern.
 
     Both are the first of their runs (`run_deviation`).

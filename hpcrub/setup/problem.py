@@ -1,7 +1,6 @@
 """Construction of the tuned disk, full and reduced, and of the scene."""
 
 import math
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from hpcrub.contact.lanes import WIDTHS
 from hpcrub.errors import InputError
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.disk import build_disk
-from hpcrub.model.interface import Interface
+from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import ReducedModel, craig_bampton
 from hpcrub.response.revolution import speed_bands
 from hpcrub.response.scene import RECORD_INTERVAL, Scene, enough
@@ -81,11 +80,7 @@ def build_problem(config: Config) -> Problem:
     reduced = build_model(config).reduced
     # samples do not need the basis of the full model, which would be sent to all ranks
     no_basis = np.zeros((0, len(reduced.mass)))
-    interface, strength = reduced.interface, config.limits.strength_mpa
-    if strength is not None and len(static := interface.stress_static):
-        # stresses are raised for the tension of rotation (Goodman); compression is no margin
-        left = 1.0 - np.maximum(static, 0.0) / (1e6 * strength)
-        interface = interface._replace(stress=interface.stress / left[:, None])
+    interface = interface_of(config, reduced.interface)
     reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config), interface=interface)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
@@ -100,16 +95,32 @@ def build_problem(config: Config) -> Problem:
             f"time.step_s: {config.time.step_s:g} is not below {limit:.4g} s, the stability limit "
             f"of central_difference for this {'disk and casing' if reduced.casing else 'model'}"
         )
-    return Problem(reduced, scene_of(config, reduced))
+    return Problem(reduced, scene_of(config, interface)._replace(law=law_of(config)))
 
 
-def scene_of(config: Config, reduced: ReducedModel) -> Scene:
-    """Casing, contact, time step and steady-state test of a configuration."""
-    steady, contact, interface = config.steady_state, config.contact, reduced.interface
+def interface_of(config: Config, interface: Interface) -> Interface:
+    """Interface of a disk with the clearances and the strength of a configuration."""
     own = np.array(config.casing.blade_clearance_mm or [0.0] * interface.n_blades) / 1000
+    interface = interface._replace(clearance=interface.clearance + own[interface.blade])
+    strength, static = config.limits.strength_mpa, interface.stress_static
+    if strength is None or not len(static):
+        return interface
+    # stresses are raised for the tension of rotation (Goodman); compression is no margin
+    left = 1.0 - np.maximum(static, 0.0) / (1e6 * strength)
+    return interface._replace(stress=interface.stress / left[:, None])
+
+
+def scene_of(config: Config, interface: Interface | None = None) -> Scene:
+    """Casing, contact, time step, steady-state test of a configuration, without a law of its own.
+
+    interface: of the disk (`interface_of`); None before there is a model, for the division of a
+    revolution into time steps alone.
+    """
+    contact, steady = config.contact, config.steady_state
+    interface = interface or planar_interface(np.zeros(config.disk.n_blades), 1.0)
     stiffness, damping = contact.casing_stiffness_n_per_m, contact.casing_damping_ns_per_m
     return Scene(
-        interface=interface._replace(clearance=interface.clearance + own[interface.blade]),
+        interface=interface,
         damping_ratio=config.damping,
         casing=config.casing.shape,
         clearance=config.clearance,
@@ -120,7 +131,6 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         load_order=config.engine_order or 1,
         elastic_casing=None if stiffness is None else ElasticCasing(stiffness, damping),
         coating=coating_of(config, interface),
-        law=law_of(config),
         scheme=config.time.scheme,
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
@@ -151,18 +161,3 @@ def coating_of(config: Config, interface: Interface) -> Coating | None:
     if c.tip_area_mm2 is not None:
         area = c.tip_area_mm2 / 1e6
     return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area, width)
-
-
-def time_grid(config: Config) -> Any:
-    """Attributes of a Scene for `cut_revolution` and `history.checks`, before there is a model."""
-    load_order = config.engine_order if config.forcing.in_contact else None
-    return SimpleNamespace(
-        steady=config.steady_state,
-        step=resolution.longest_step(config),
-        least_steps=resolution.least_steps(config),
-        repeats=math.gcd(config.casing.shape.repeats, load_order or 0),
-        divisor=config.disk.n_blades if config.contact.wears else 1,
-        record_interval=resolution.record_interval(config, RECORD_INTERVAL),
-        history_interval=config.history.record_interval_s or math.inf,
-        look_interval=resolution.look_interval(config),
-    )

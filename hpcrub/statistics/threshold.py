@@ -32,6 +32,19 @@ class Search(NamedTuple):
     target: float  # probability [-]
     most: int  # largest number of disks of a value
 
+    @classmethod
+    def followed(cls, above: np.ndarray, known: np.ndarray, target: float) -> "Search":
+        """The search as far as its disks are known, from its beginning.
+
+        above: whether disks are beyond the limit (V, most) bool; known: whether they are computed.
+        """
+        n_done, n_above = np.zeros((2, len(above)), dtype=int)
+        search = cls(n_done, n_above, target, above.shape[1])
+        while (look := search.next_look()) and known[look[0], : look[1]].all():
+            value, n = look
+            n_done[value], n_above[value] = n, np.count_nonzero(above[value, :n])
+        return search
+
     def sides(self) -> np.ndarray:
         """Side of the target on which each probability lies: BELOW, ABOVE or UNKNOWN (V,)."""
         low, high = probability_interval(self.n_above, self.n_done, Z)

@@ -1,4 +1,4 @@
-"""The studies: every module here, except `shared`, is the study of its name.
+"""The studies: every module here is the study of its name.
 
 A study takes a `Config` and computes all that its result file holds. How to add a study is shown in
 `docs/developing_a_study.md`.

@@ -17,17 +17,17 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.lanes import WIDTHS
-from hpcrub.contact.status import DIVERGED, STEADY
+from hpcrub.contact.status import DIVERGED, POINT_REASON, POINT_STATUS, STEADY
 from hpcrub.model import mistuning
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history, steady
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
+from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import disks
+from hpcrub.setup.disks import fixed_disks
 from hpcrub.statistics import coexistence
 
 _SS = ("start", "speed")
@@ -56,7 +56,7 @@ def follow(
 ) -> SweepResult:
     """Integrate every speed from the final motion of the speed before it; modifies `motion`."""
     order = range(len(speeds_hz))[:: -1 if downwards else 1]
-    whole = SweepResult.empty(len(speeds_hz))
+    whole = SweepResult.empty(len(speeds_hz), scene.n_strips)
     for before, i in zip((None, *order), order, strict=False):
         if before is not None and whole.point_status[before] != DIVERGED:
             for values in motion:
@@ -116,7 +116,7 @@ class Branches(StudyInTime):
 
     def constants(self, config: Config) -> dict[str, Any]:
         """Stiffness deviations of the disk."""
-        return {"deviation": disks(config)[-1]}
+        return {"deviation": fixed_disks(config)[-1]}
 
     def prepare(self, config: Config) -> Any:
         """Problem and modes, with few lanes for continuations, which take a speed at a time."""
@@ -134,9 +134,9 @@ class Branches(StudyInTime):
         n, revolutions = self.n_tasks(config), N_WINDOWS * config.steady_state.window_revolutions
         return Cost(2 * 8 + n - 2, n * revolutions / config.speeds.from_hz, 1)
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Integrate all speeds from one initial state."""
-        scene, modes = problem.problem.scene, problem.modes[-1]
+        scene, modes = prepared.problem.scene, prepared.modes[-1]
         name, speeds = starts(config)[task], config.speeds.values_hz
         motion = Motion.at_rest(len(speeds), modes.n_rows)
         if name in ("up", "down"):

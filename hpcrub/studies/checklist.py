@@ -6,48 +6,27 @@ their amplitudes change by chance.
 """
 
 import contextlib
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
 
 from hpcrub.config.schema import Config
-from hpcrub.config.text import flatten
+from hpcrub.effects import EFFECTS
+from hpcrub.effects.effect import Change, times
 from hpcrub.errors import InputError
-from hpcrub.results.layout import PEAK_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.statistics.percentiles import finite
-from hpcrub.studies.contact.amplification import peaks_of
+from hpcrub.studies.contact.trials import Case, Trials, table
 
 LEAST = 0.01  # smallest mean change of the disks that counts [-]
 LARGE = 0.05  # mean change by grid, step or model that makes a study useless [-]
-
-
-class Change(NamedTuple):
-    """One change of the input."""
-
-    what: str
-    key: str  # key to look at where the change moves the answer
-    values: Callable[[Config], dict[str, Any]]  # {key: value}; empty: does not apply
-    is_error: bool  # shows an error of the computation; False: an input that is uncertain
-    run: int = 0  # run of the disk, see `setup.disks.run_deviation`
-
-
-def _times(factors, where=lambda config: True):
-    """Return a function that multiplies keys, unless null; where: whether the change applies."""
-
-    def values(config):
-        before = flatten(config.model_dump(mode="json")) if where(config) else {}
-        known = {key: before[key] for key in factors if before.get(key) is not None}
-        return {key: (factors[key] * np.array(value)).tolist() for key, value in known.items()}
-
-    return values
 
 
 def _smaller_clearance(c):
@@ -56,64 +35,42 @@ def _smaller_clearance(c):
     return {"casing.clearance_hz_mm": [[hz, 0.9 * 1e3 * gap] for hz, gap in c.casing.running]}
 
 
-def _half_damped_casing(c):
-    if c.casing.ring.thickness_mm is not None:
-        return {"casing.ring.damping_ratio": 0.5 * c.casing.ring.damping_ratio}
-    modes = [m.model_dump() | {"damping_ratio": 0.5 * m.damping_ratio} for m in c.casing.modes]
-    return {"casing.modes": modes} if modes else {}
-
-
-def _wider_ring(c):
-    ring = c.casing.ring
-    if ring.thickness_mm is None:
-        return {}
-    at_tips = c.disk.tip_radius_mm + ring.thickness_mm / 2.0
-    return {"casing.ring.radius_mm": 1.01 * (ring.radius_mm or at_tips)}
+def _higher_harmonics(c):
+    higher = [h.model_dump() | {"amplitude_mm": 1.1 * h.amplitude_mm} for h in c.casing.harmonics]
+    return {"casing.harmonics": higher} if higher else {}
 
 
 CHANGES = (
-    Change("as asked", "", _times({}), True),
-    Change("another start", "mistuning.tuned_runs", _times({}), True, 1),
-    Change("half the step of the speeds", "speeds.step_hz", _times({"speeds.step_hz": 0.5}), True),
-    Change("half the time step", "time.step_s", _times(
+    Change("as asked", "", times({}), True),
+    Change("another start", "mistuning.tuned_runs", times({}), True, 1),
+    Change("half the step of the speeds", "speeds.step_hz", times({"speeds.step_hz": 0.5}), True),
+    Change("half the time step", "time.step_s", times(
         {"time.steps_per_bump_width": 2, "time.steps_per_period": 2, "time.step_s": 0.5}), True),
-    Change("twice the modes", "reduction.n_modes", _times({"reduction.n_modes": 2}), True),
-    Change("followed twice as long", "steady_state.first_check_s", _times(
+    Change("twice the modes", "reduction.n_modes", times({"reduction.n_modes": 2}), True),
+    Change("followed twice as long", "steady_state.first_check_s", times(
         {"steady_state.first_check_s": 2, "steady_state.max_time_s": 2}), True),
-    Change("half the damping", "material.damping_ratio", _times(
-        {"material.damping_ratio": 0.5, "material.damping_ratios": 0.5}), False),
+    Change("half the damping", "material.damping_ratio", times(
+        {"material.damping_ratio": 0.5, "material.damping_ratios": 0.5})),
     Change("friction higher by 0.05", "contact.friction",
-           lambda c: {"contact.friction": c.contact.friction + 0.05}, False),
-    Change("clearance 10 % smaller", "casing.clearance_mm", _smaller_clearance, False),
-    Change("bumps 10 % higher", "casing.bump_height_mm", _times(
-        {"casing.bump_height_mm": 1.1}, where=lambda c: c.casing.bump_height_mm > 0.0), False),
-    Change("coating 20 % harder", "contact.coating.yield_mpa", _times(
-        {"contact.coating.yield_mpa": 1.2}, where=lambda c: c.contact.wears), False),
-    Change("half the casing's damping", "damping_ratio of casing.ring, casing.modes",
-           _half_damped_casing, False),
-    Change("ring 10 % thicker", "casing.ring.thickness_mm", _times(
-        {"casing.ring.thickness_mm": 1.1}), False),
-    Change("ring 1 % wider in radius", "casing.ring.radius_mm", _wider_ring, False),
+           lambda c: {"contact.friction": c.contact.friction + 0.05}),
+    Change("clearance 10 % smaller", "casing.clearance_mm", _smaller_clearance),
+    Change("bumps 10 % higher", "casing.bump_height_mm", times(
+        {"casing.bump_height_mm": 1.1}, where=lambda c: c.casing.bump_height_mm > 0.0)),
+    Change("harmonics 10 % higher", "casing.harmonics", _higher_harmonics),
+    *(change for effect in EFFECTS for change in effect.changes),
 )  # fmt: skip
-_CD = ("change", "disk")
 NUMBERED = ", ".join(f"{number} {change.what}" for number, change in enumerate(CHANGES))
-LAYOUT = (
-    Dataset("peak_amplitude_m", _CD, "m",
-            "largest amplitude over the speeds; NaN: not computed, infinite: no result; disk 0: "
-            f"tuned; change: {NUMBERED}"),
-    Dataset("peak_stress_pa", _CD, "Pa", "largest stress over the speeds"),
-    Dataset("peak_status", _CD, "1", PEAK_STATUS, "u1"),
-)  # fmt: skip
+NOTE = f"; NaN: not computed, infinite: no result; disk 0: tuned; change: {NUMBERED}"
 
 
-class Checklist(Study):
+class Checklist(Trials):
     """A few disks of a contact study, with one change after the other."""
 
     name = "checklist"
     what = "what moves the answer of a contact study, before it is signed"
     sections = ("checklist",)
-    integrates = True
-    datasets = LAYOUT
+    of_tasks, unit = True, "tasks"
+    datasets = table("change", "disk", note=NOTE)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Numbers of changes and of disks, the tuned one included."""
@@ -128,21 +85,24 @@ class Checklist(Study):
         disks = _n_disks(config)
         return Cost((len(CHANGES) + 3) * disks, disks=len(CHANGES) * disks)
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Compute one disk with one change; nothing where the change does not apply."""
+    def case(self, config: Config, task: int) -> Case | None:
+        """One disk with one change; None where the change does not apply."""
         number, disk = divmod(task, _n_disks(config))
         change, level = CHANGES[number], len(config.mistuning.half_range) - 1
         values = change.values(config)
         if number and not values and not change.run:
-            return
+            return None
         own = deviation(config, level, disk - 1) if disk else run_deviation(config, 0)
         if change.run:
             own = own + run_deviation(config, change.run)
+        return Case(config.replace(values) if values else config, own, (number, disk))
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """Compute one disk with one change, whose amplitude is infinite without a result."""
         with contextlib.suppress(InputError):  # for example more modes than a model has
-            size, stress, state = peaks_of(config.replace(values), own, poll)
-            yield "peak_amplitude_m", (number, disk), size if np.isfinite(size) else np.inf
-            yield "peak_stress_pa", (number, disk), stress
-            yield "peak_status", (number, disk), state
+            for name, where, value in super().compute(config, problem, task, poll):
+                lost = name == "peak_amplitude_m" and not np.isfinite(value)
+                yield name, where, np.inf if lost else value
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Lines about the effect of every change."""
@@ -168,24 +128,22 @@ class Checklist(Study):
         """Changes of the computation that move the answer, and inputs that must be known well."""
         size = file.read("peak_amplitude_m")
         lost, n = np.isinf(size), size.shape[1]
-        meaning = "no change of them is known"
-        yield from verdict.without_result(int(np.count_nonzero(lost[0])), n, meaning)
+        asked, states = size[0][~np.isnan(size[0])], file.read("peak_status")
+        yield from findings.of_disks(file.config, asked, states, "no change of them is known")
         for change, gone in zip(CHANGES[1:], lost[1:] & ~lost[0], strict=True):
             if gone.any():
                 words = f"{np.count_nonzero(gone)} of {n} disks have no result with {change.what}"
-                weight = USELESS if change.is_error else SINGLE
-                yield Finding(weight, words, f"{words}: {change.key}")
+                severity = USELESS if change.is_error else SINGLE
+                yield Finding(severity, words, f"{words}: {change.key}")
         for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=True):
             if not _counts(mean, error):
                 continue
             words = f"{change.what} moves the answer by {100 * mean:+.2g} %"
             if change.is_error:
-                weight = USELESS if abs(mean) > LARGE else SINGLE
-                yield Finding(weight, words, f"{words}: {change.key}")
+                severity = USELESS if abs(mean) > LARGE else SINGLE
+                yield Finding(severity, words, f"{words}: {change.key}")
             else:
                 yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
-        yield from verdict.unsettled_peaks(file.config, file.read("peak_status"))
-        yield from verdict.kinematics(file.config, size[0][~lost[0]])
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:

@@ -12,18 +12,19 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import DIVERGED
+from hpcrub.contact.status import DIVERGED, POINT_REASON, POINT_STATUS
+from hpcrub.effects.effect import peaks_of_disks
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import Modes, blade_stiffness
 from hpcrub.response import history
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, SPEEDS, Dataset
+from hpcrub.results.layout import DONE, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of, run_deviation
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import finite
@@ -44,14 +45,6 @@ LAYOUT = (
     Dataset("energy_j", (*_SS, "blade"), "J", "largest strain energy of a blade"),
     Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
     Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
-)
-_COATING = (
-    Dataset("tuned/wear_energy_j", ("speed",), "J", "energy that the wear by the tuned disk took"),
-    Dataset("wear_energy_j", _SS, "J", "energy that has gone into the wear of the coating"),
-)
-_STRESS = (
-    Dataset("tuned/stress_pa", ("speed",), "Pa", "largest stress of the tuned disk's blades"),
-    Dataset("stress_pa", _SS, "Pa", "largest stress of any blade"),
 )
 
 
@@ -102,15 +95,8 @@ def amplification(file: ResultFile) -> np.ndarray:
 
     NaN where all points of the sample or of the tuned disk have diverged.
     """
-    energy, tuned = largest(file, "energy_j")
+    energy, tuned = peaks_of_disks(file.read, "energy_j")
     return energy / (tuned if tuned > 0.0 else np.nan)
-
-
-def largest(file: ResultFile, name: str) -> tuple[np.ndarray, float]:
-    """Largest value of a dataset for every sample (n,) and for the tuned disk; NaN: none known."""
-    disks = file.read(f"tuned/{name}"), *file.read(name)
-    tuned, *samples = (known.max() if len(known) else np.nan for known in map(finite, disks))
-    return np.array(samples), tuned
 
 
 class Energy(StudyInTime):
@@ -122,6 +108,7 @@ class Energy(StudyInTime):
     sections = ("energy",)
     mistunes = True
     n_sources = 1
+    datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Number of samples."""
@@ -130,11 +117,6 @@ class Energy(StudyInTime):
     def prepare(self, config: Config) -> Chosen:
         """Return the tuned disk and the chosen samples. Raises InputError as `constants` does."""
         return Chosen(build_problem(config), self.constants(config)["deviation"])
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of the result file."""
-        stress = _STRESS if config.observes_stress else ()
-        return LAYOUT + (_COATING if config.contact.wears else ()) + stress
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The samples with the largest A_nl of the source.
@@ -178,13 +160,10 @@ class Energy(StudyInTime):
         stiffness = blade_stiffness(tuned.reduced, deviation, modes)
         energy, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
         group, where = ("", task - 1) if task else ("tuned/", ())
-        yield f"{group}energy_j", where, energy
-        yield f"{group}point_status", where, result.point_status
-        yield f"{group}point_reason", where, result.point_reason
-        if config.contact.wears:
-            yield f"{group}wear_energy_j", where, result.wear.energy
-        if config.observes_stress:
-            yield f"{group}stress_pa", where, result.stress
+        values = {"energy_j": energy} | result.by_name()
+        there = {dataset.name for dataset in self.layout(config)}
+        for name in (name for name in values if f"{group}{name}" in there):
+            yield f"{group}{name}", where, values[name]
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Points without a result, and ranges of both amplifications."""
@@ -201,14 +180,7 @@ class Energy(StudyInTime):
             return
         low, middle, high = np.percentile(by_energy, [0, 50, 100])
         yield f"by strain energy: {low:.3f} to {high:.3f}, median {middle:.3f}"
-        if "wear_energy_j" in file:
-            wear, tuned = largest(file, "wear_energy_j")
-            low, high = np.nanmin(wear), np.nanmax(wear)
-            yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
-        if "stress_pa" in file:
-            stress, tuned = largest(file, "stress_pa")
-            low, high, tuned = 1e-6 * np.array([np.nanmin(stress), np.nanmax(stress), tuned])
-            yield f"largest stress {low:,.0f} to {high:,.0f} MPa, tuned {tuned:,.0f}"
+        yield from self.facts(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Reasons to distrust points of disks, and largest energies at an end of the speeds."""
@@ -216,7 +188,7 @@ class Energy(StudyInTime):
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all
         peaks = energy.max(axis=2)
-        yield from verdict.of_points(file.config, peaks, states, reasons, self.time_key)
+        yield from findings.of_points(file.config, peaks, states, reasons, self.time_key)
 
 
 STUDY = Energy()

@@ -1,22 +1,24 @@
 """Spectra of the tips over a wide range of speeds: which engine order meets which mode."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, POINT_REASON, POINT_STATUS, STEADY
+from hpcrub.effects.effect import History
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
+from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import disks
-from hpcrub.setup.problem import time_grid
+from hpcrub.setup.disks import fixed_disks
+from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
-from hpcrub.studies.shared import worn
 
 _DS = ("disk", "speed")
 LAYOUT = (
@@ -64,23 +66,23 @@ class InteractionMap(StudyInTime):
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets for a planar disk or a model file, and for a coating."""
         of_model = () if config.disk.model is None else (AT_SPEED,)
-        return *LAYOUT, *of_model, *worn.layout(config, _DS)
+        return *LAYOUT, *of_model, *self.of_effects(config)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
-        return {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
+        return {"frequency": config.spectrum.n_frequencies, "disk": len(fixed_disks(config))}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """Frequencies of the spectra, and stiffness deviations of the disks."""
         return {
             "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
-            "deviation": disks(config),
+            "deviation": fixed_disks(config),
         }
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
         lowest = config.speeds.from_hz
-        grid = cut_revolution(lowest, time_grid(config))
+        grid = cut_revolution(lowest, scene_of(config))
         longest = grid.kept / (lowest * grid.steps_per_revolution)  # between two records [s]
         if config.spectrum.window_s > config.history.duration_s:
             yield (
@@ -98,11 +100,11 @@ class InteractionMap(StudyInTime):
                 f"{config.spectrum.window_s} s of history.duration_s, {config.history.duration_s}"
             )
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Compute the spectra of one disk at a group of speeds, or why speeds have diverged."""
-        scene, groups = problem.problem.scene, history.groups(config.speeds.values_hz)
+        scene, groups = prepared.problem.scene, history.groups(config.speeds.values_hz)
         disk, number = divmod(task, len(groups))
-        modes, group = problem.modes[disk], groups[number]
+        modes, group = prepared.modes[disk], groups[number]
         speeds, duration = config.speeds.values_hz[group], config.history.duration_s
         followers, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
         for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
@@ -128,11 +130,13 @@ class InteractionMap(StudyInTime):
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):
                 continue
-            yield "point_status", (disk, speed), follower.found.status
-            yield "mean_amplitude_m", (disk, speed), follower.found.amplitude
-            yield "mean_error_m", (disk, speed), follower.found.error
-            if scene.coating:
-                yield from worn.of_speed(follower.wear, (disk, speed))
+            yield "point_status", (disk, speed), follower.verdict.status
+            yield "mean_amplitude_m", (disk, speed), follower.verdict.amplitude
+            yield "mean_error_m", (disk, speed), follower.verdict.error
+            motion = History(modes, scene, speeds[lane], partial(getattr, follower, "wear"))
+            for effect in effects.of(config):
+                for name, value in effect.of_history(self.name, motion):
+                    yield name, (disk, speed), value
             spectra = spectrum(window, interval, config.spectrum)
             yield "spectrum_m", (disk, speed), spectra.max(axis=0)
             yield "amplitude_m", (disk, speed), np.abs(window).max()
@@ -165,7 +169,7 @@ class InteractionMap(StudyInTime):
                 f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, "
                 f"{line / speeds[best]:.2f} per turn"
             )
-            yield from (f"{name}: {line}" for line in worn.report(file, disk))
+            yield from (f"{name}: {line}" for line in self.facts(file, disk))
 
 
 STUDY = InteractionMap()

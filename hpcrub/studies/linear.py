@@ -11,22 +11,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
+from hpcrub.effects.effect import Load
 from hpcrub.errors import InputError
 from hpcrub.model import crossings
 from hpcrub.model.imported import cyclic
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import Finding
 from hpcrub.setup.aero import in_air
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
 from hpcrub.statistics.percentiles import finite, interval_in_words, with_interval
-from hpcrub.studies.shared import air
 
 ROUNDING = 1e-9  # share of the radial displacement below which a tangential one is rounding
 CHUNK = 50  # samples of a level that make a task
@@ -100,10 +102,7 @@ class Linear(Study):
     figures = "4"
     sections = ("linear",)
     scales = {"level": "half_range"}
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of the study, and of disks in air."""
-        return LAYOUT + air.layout(config, air.TUNED, air.LIMITS, air.MISTUNED)
+    datasets = LAYOUT
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Nodal diameters of all loads."""
@@ -111,7 +110,7 @@ class Linear(Study):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
-        return {"n_diameters": len(config.linear.n_diameters)} | air.sizes(config)
+        return {"n_diameters": len(config.linear.n_diameters)}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The levels and the loads."""
@@ -151,48 +150,47 @@ class Linear(Study):
         starts, tuned = problem
         level, chunk = divmod(task, _chunks(config))
         samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
-        amplification, waves = np.full((len(tuned), len(samples)), np.nan), []
+        amplification, of_first = np.full((len(tuned), len(samples)), np.nan), []
         for i, sample in enumerate(samples):
             blades = deviation(config, level, sample)
             modes = _modes(config, starts, blades)
-            waves += [modes[0].waves] if modes[0].waves else []
+            of_first.append(modes[0])
             peaks = _peaks(config, starts, modes, blades)
             known = np.isfinite(peaks[:, 0] + tuned[:, 0])  # a disk in flutter has no response
             amplification[known, i] = peaks[known, 0] / tuned[known, 0]
             poll()
-        if waves:
-            yield from air.values(waves, level, samples.start)
+        of_loads = zip(starts, config.linear.n_diameters, strict=True)
+        loads = [Load(start.model.reduced, start.speed, n) for start, n in of_loads]
+        for effect in effects.of(config):
+            yield from effect.of_samples(level, samples.start, of_first)
+            for name, values in effect.of_model(self.name, config, loads) if task == 0 else ():
+                yield name, (), values
         if task == 0:
-            yield from air.values_of_tuned(config, starts[0].model.reduced, starts[0].speed)
-            if config.aero.exists:
-                loads = zip(starts, config.linear.n_diameters, strict=True)
-                limits = [air.limit(config, s.model.reduced, s.speed, n) for s, n in loads]
-                yield "aero/largest_amplification", (), limits
             yield "tuned/amplitude_m", (), tuned[:, 0]
             yield "tuned/speed_hz", (), tuned[:, 1]
         where = level, slice(None), slice(samples.start, samples.stop)
         yield "amplification", where, amplification
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """Damping by the air, and percentiles at every level and load."""
-        yield from air.report_of_tuned(file)
-        yield from air.report_of_mistuned(file)
+        """Effects, and percentiles at every level and load."""
+        yield from self.facts(file)
         names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
         yield f"percentiles {names} of the linear amplification, interval of the last"
         for d, n_diameters in enumerate(file.read("n_diameters")):
             for level, sigma in enumerate(file.read("sigma")):
-                values = finite(file.read("amplification", (level, d)))
+                every = file.read("amplification", (level, d))
+                values, lost = finite(every), int(np.count_nonzero(np.isnan(every)))
                 if len(values) == 0:
                     continue
                 middle, low, high = with_interval(values, file.config.convergence.percentiles)
                 text = " / ".join(f"{value:.3f}" for value in middle)
-                text += f"  [{interval_in_words(low[-1], high[-1])}]{air.left_out(file, level)}"
+                text += f"  [{interval_in_words(low[-1], high[-1])}]"
+                text += f", without {counted(lost, 'disk')} that flutter" if lost else ""
                 yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """Flutter, percentiles that need more samples; no grid of speeds could miss a peak."""
-        yield from air.findings(file)
-        yield from verdict.few(file.config.convergence.percentiles, file.config.mistuning.samples)
+        """Percentiles that need more samples; no grid of speeds could miss a peak."""
+        yield from findings.few(file.config.convergence.percentiles, file.config.mistuning.samples)
 
 
 STUDY = Linear()

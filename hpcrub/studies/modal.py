@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
+from hpcrub.effects.effect import Load
 from hpcrub.model import crossings, damping, families
 from hpcrub.model.disk import Points
 from hpcrub.model.imported import cyclic
@@ -15,11 +17,10 @@ from hpcrub.model.imported.frames import to_cartesian
 from hpcrub.model.imported.neutral import contact_rows, stiffness_at
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import REMARK, USELESS, Finding
 from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import REMARK, USELESS, Finding
 from hpcrub.setup import imported
 from hpcrub.setup.problem import Model, build_model
-from hpcrub.studies.shared import air, casing_waves
 
 FAR_OFF = 0.01  # error of the first family's frequencies that moves all crossings too far
 MOST_SHAPES = 48  # modes whose shapes are kept
@@ -111,16 +112,15 @@ class Modal(Study):
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets for a planar disk or a model file, for waves of the casing and for air."""
         of_disk = PLANAR if config.disk.model is None else OF_FILE
-        return of_disk + casing_waves.layout(config) + air.layout(config, air.TUNED)
+        return of_disk + self.of_effects(config)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions, as far as no model file has to be read."""
         shapes = {"shape": min(MOST_SHAPES, config.n_coordinates)}
-        lengths = shapes | casing_waves.sizes(config) | air.sizes(config)
         if config.disk.model is not None:
-            return lengths | {"axis": 3, "corner": 4, "point": config.disk.n_points}
+            return shapes | {"axis": 3, "corner": 4, "point": config.disk.n_points}
         blade = config.disk.blade
-        return lengths | {
+        return shapes | {
             "node": config.disk.n_blades * (blade.n_elements + 2),
             "axis": 2,
             "end": 2,
@@ -138,8 +138,9 @@ class Modal(Study):
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Compute frequencies, shapes, waves of a casing that vibrates, and damping by the air."""
-        yield from casing_waves.values(config, problem.reduced)
-        yield from air.values_of_tuned(config, problem.reduced)
+        for effect in effects.of(config):
+            for name, values in effect.of_model(self.name, config, [Load(problem.reduced)]):
+                yield name, (), values
         if config.disk.model is not None:
             yield from _of_file(config, problem)
             return
@@ -176,12 +177,10 @@ class Modal(Study):
             there = f"{speed:.4g} Hz, where its frequency is {order * speed:.4g} Hz"
             meets = f"meets the first family at {there}"
         yield f"without contact, order {order} {meets}"
-        yield from casing_waves.report(file)
-        yield from air.report_of_tuned(file)
+        yield from self.facts(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """Flutter, and the error of the first family's frequencies by the reduction."""
-        yield from air.findings(file)
+        """Error of the first family's frequencies by the reduction."""
         full, reduced = _first_families(file)
         if len(full):
             error = float(np.abs(np.sort(reduced) / np.sort(full) - 1.0).max())

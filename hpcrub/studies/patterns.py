@@ -12,17 +12,18 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
-from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE, PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Job, Study
-from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs.study import Poll, Round, Values
 from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
 from hpcrub.statistics.percentiles import finite
-from hpcrub.studies.contact.amplification import linear_amplitude, peak, peak_status
+from hpcrub.studies.contact.amplification import linear_amplitude
+from hpcrub.studies.contact.trials import Trials, peaks_of
 
 FIRST = 64  # disks of every pattern in the first round
 BLOCK = 32  # disks of a task
@@ -43,12 +44,11 @@ LAYOUT = (
 )  # fmt: skip
 
 
-class Task(NamedTuple):
-    """Linear analysis of some disks with one pattern, or one of the disks in contact."""
+class Prepared(NamedTuple):
+    """What all disks share."""
 
-    pattern: int
-    disks: Any  # range of disks, or the number of the disk in contact
-    word: tuple[int, ...]  # types of the blades, which the files of other ranks may lack yet
+    problem: Problem
+    tuned: float  # linear amplitude of the tuned disk, without air where it flutters [m]
 
 
 def words_of(config: Config) -> np.ndarray:
@@ -70,152 +70,80 @@ def in_letters(word: np.ndarray) -> str:
     return text if period == len(text) else f"{text[:period]} x {len(text) // period}"
 
 
+def schedule(config: Config, n_patterns: int) -> list[tuple[int, int]]:
+    """Number of disks of every pattern in each round, and of patterns in it at most."""
+    kept, most = config.patterns.kept, config.mistuning.samples
+    rounds = [(min(FIRST, most), n_patterns)]
+    while rounds[-1][0] < most:
+        n, n_left = rounds[-1]
+        rounds.append((min(2 * n, most), max(kept, -(-n_left // 2))))
+    return rounds
+
+
+def n_linear(config: Config, n_patterns: int) -> int:
+    """Number of disks in all rounds of the linear analysis, of the disk without a pattern, too."""
+    n, n_left = np.transpose(schedule(config, n_patterns))
+    return int(np.sum(np.diff(n, prepend=0) * (1 + np.minimum(n_left, n_patterns))))
+
+
 class Rounds:
     """Ranking of the patterns by the disks in a file, round by round."""
 
     def __init__(self, file: ResultFile) -> None:
         """Go through the rounds whose disks are done."""
-        config, asked = file.config, file.config.patterns
-        self.words, self.most = file.read("types"), config.mistuning.samples
+        self.config, self.most = file.config, file.config.mistuning.samples
+        self.words, self.values = file.read("types"), file.read("amplification")
         self.status, self.contact_status = file.read("status"), file.read("contact_status")
-        values = file.read("amplification")
         n_patterns = len(self.words)
         self.percentile, self.worse_by = np.full((2, n_patterns), np.nan)
         self.n_disks = np.zeros(n_patterns, dtype=int)
-        n = min(FIRST, self.most)
-        # patterns whose first n disks the next round needs, and n; None: all rounds are over. If
-        # these disks are all done, a search has to name the patterns `unknown` first
+        n_unknown = int(np.count_nonzero(self.words[:, 0] == UNKNOWN))
+        self.left = np.arange(1, n_patterns - n_unknown)
+        # patterns whose first n disks the next round needs, and n; None: all rounds are over
         self.missing: tuple[np.ndarray, int] | None = None
-        self.unknown = np.flatnonzero(self.words[:, 0] == UNKNOWN)
-        self.left = np.arange(1, n_patterns - len(self.unknown))
-        while True:
-            here = np.append(0, self.left)
-            if (self.status[here, :n] == PENDING).any():
-                self.missing = here, n
+        for n, n_left in schedule(self.config, n_patterns - 1):
+            self.left = self.left[:n_left]
+            if self._rank(n) and n_unknown:
+                self._name(n_unknown)
+                n_unknown = 0
+                self._rank(n)
+            if self.missing:
                 return
-            amplification = np.where(np.isfinite(values[here, :n]), values[here, :n], np.inf)
-            self.n_disks[here] = n
-            self.percentile[here], self.worse_by[here] = compare(amplification, asked.percentile)
-            self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
-            if len(self.unknown):  # first, neighbours of the best are named
-                self.missing = here, n
-                return
-            if n == self.most:
-                self.left = self.left[: asked.kept]
-                return
-            self.left = self.left[: max(asked.kept, -(-len(self.left) // 2))]
-            n = min(2 * n, self.most)
+        self.left = self.left[: self.config.patterns.kept]
 
-    def missing_in_contact(self) -> np.ndarray:
-        """Pairs of pattern and sample (n, 2) of the pending disks in contact."""
+    def _rank(self, n):
+        """Rank the patterns left by their first n disks; returns whether these are all done."""
+        here = np.append(0, self.left)
+        if (self.status[here, :n] == PENDING).any():
+            self.missing = here, n
+            return False
+        known = self.values[here, :n]
+        known = np.where(np.isfinite(known), known, np.inf)
+        self.n_disks[here] = n
+        self.percentile[here], self.worse_by[here] = compare(known, self.config.patterns.percentile)
+        self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
+        return True
+
+    def _name(self, n):
+        """Let the last n patterns, which are not known yet, be neighbours of the best."""
+        ranked = [tuple(word) for word in self.words[self.left].tolist()]
+        n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
+        self.words[-n:] = neighbours(ranked, n_types, n, seed)
+        self.left = np.arange(1, len(self.words))
+
+    def missing_in_contact(self) -> list[tuple[int, int]]:
+        """Pairs of pattern and sample of the pending disks in contact."""
         here = np.append(0, self.left)
         rows, samples = np.nonzero(self.contact_status[here] == PENDING)
-        return np.column_stack([here[rows], samples])
+        return list(zip(here[rows].tolist(), samples.tolist(), strict=True))
 
 
-class Halving(Job):
-    """Job of the search: rounds of linear analyses, then the patterns left in contact."""
-
-    def run(self) -> None:
-        """Compute round after round, then the disks in contact; on all ranks."""
-        self.planned = 0
-        self.tuned = self.team.on_root(self._tuned)
-        self.phase("linear disks")
-        while blocks := self.team.on_root(self._blocks):
-            self.team.run_tasks(blocks, self._compute, self._collect)
-        disks = self.team.on_root(self._contact)
-        if disks:
-            self.load_kernel()
-        self.phase("disks in contact")
-        self.team.run_tasks(disks, self._compute, self._collect)
-
-    def n_done(self) -> tuple[int, int]:
-        """Number of tasks computed in this run, and of tasks planned so far (rank 0)."""
-        return self.work.n_done, self.planned
-
-    def _tuned(self):
-        """Linear amplitude of the tuned disk, without air where it flutters [m]."""
-        problem, alike = self.prepared, np.zeros(self.config.disk.n_blades)
-        modes = modes_of(self.config, problem, alike)
-        if modes.waves and modes.waves.damping_ratio.min() <= 0.0:
-            problem = problem._replace(reduced=problem.reduced._replace(air=None))
-            modes = modes._replace(waves=None)
-        return linear_amplitude(self.config, problem, modes, alike)
-
-    def _blocks(self):
-        """Linear tasks of the next round; none: all rounds are over (rank 0)."""
-        rounds = Rounds(self.file)
-        for name in ("n_disks", "percentile", "worse_by"):
-            self.file.write({name: getattr(rounds, name)}, ())
-        while rounds.missing:
-            (here, n), words = rounds.missing, [tuple(word) for word in rounds.words.tolist()]
-            blocks = [
-                Task(p, disks, words[p])
-                for p in here.tolist()
-                for first in range(0, n, BLOCK)
-                for disks in [range(first, min(first + BLOCK, n))]
-                if (rounds.status[p, disks] == PENDING).any()
-            ]
-            if blocks:
-                self.planned += len(blocks)
-                return blocks
-            # patterns that are not known yet: neighbours of the best after the first round
-            ranked = [words[p] for p in rounds.left]
-            n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
-            new = neighbours(ranked, n_types, len(rounds.unknown), seed)
-            self.file.write({"types": np.array(new)}, slice(rounds.unknown[0], None))
-            rounds = Rounds(self.file)
-        return []
-
-    def _contact(self):
-        """Tasks of the pending disks in contact (rank 0)."""
-        rounds = Rounds(self.file)
-        pending = rounds.missing_in_contact().tolist()
-        disks = [Task(p, sample, tuple(rounds.words[p].tolist())) for p, sample in pending]
-        self.planned += len(disks)
-        return disks
-
-    def _pieces(self, task, poll):
-        if not isinstance(task.disks, range):
-            where, blades = (task.pattern, task.disks), self._blades(task.word, task.disks)
-            modes = modes_of(self.config, self.prepared, blades)
-            speeds = self.config.speeds.values_hz
-            result = run_sweep(modes, self.prepared.scene, speeds, poll)
-            yield "contact_amplitude_m", where, peak(result, speeds)[0]
-            yield "peak_status", where, peak_status(result, speeds)
-            yield "contact_status", where, DONE
-            return
-        results = np.empty((2, len(task.disks)))
-        for i, sample in enumerate(task.disks):
-            blades = self._blades(task.word, sample)
-            modes = modes_of(self.config, self.prepared, blades)
-            size = linear_amplitude(self.config, self.prepared, modes, blades)
-            results[0, i] = size / self.tuned if np.isfinite(size) else np.nan
-            results[1, i] = modes.waves.damping_ratio.min() if modes.waves else np.nan
-            poll()
-        where = task.pattern, slice(task.disks.start, task.disks.stop)
-        yield "amplification", where, results[0]
-        yield "least_damping_ratio", where, results[1]
-        yield "status", where, DONE
-
-    def _blades(self, word, sample):
-        """Stiffness deviations of blades by their types, and at random."""
-        types = np.array([*self.config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
-        return deviation(self.config, 0, sample) + types[np.array(word)]
-
-    def _collect(self, task, seconds):
-        self._count("tasks planned so far", seconds)
-
-
-class PatternStudy(Study):
+class PatternStudy(Trials):
     """Patterns of blade types, ranked by the amplification of disks with random mistuning."""
 
     name = "patterns"
     what = "which pattern of blade types makes mistuned disks vibrate least"
     sections = ("patterns",)
-    integrates = True
-    job = Halving
-    unit = "disks"
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
@@ -240,17 +168,65 @@ class PatternStudy(Study):
         if config.engine_order is None:
             yield "patterns: there is no engine order of a linear load (forcing, casing)"
 
+    def prepare(self, config: Config) -> Prepared:
+        """Prepare the Problem and the linear amplitude of the tuned disk. Raises InputError."""
+        problem, alike = build_problem(config), np.zeros(config.disk.n_blades)
+        own, modes = problem, modes_of(config, problem, alike)
+        if modes.waves and modes.waves.damping_ratio.min() <= 0.0:
+            own = problem._replace(reduced=problem.reduced._replace(air=None))
+            modes = modes._replace(waves=None)
+        return Prepared(problem, linear_amplitude(config, own, modes, alike))
+
     def cost(self, config: Config) -> Cost:
         """Cost of all rounds of the linear analysis, and of the disks in contact."""
-        n_patterns, asked, n = len(words_of(config)), config.patterns, config.mistuning.samples
-        rounds = int(np.log2(max(n / FIRST, 1.0))) + 1
+        n_patterns, asked = len(words_of(config)) - 1, config.patterns
         contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
-        return Cost(contact, disks=rounds * n_patterns * min(FIRST, n) // 2 + contact)
+        return Cost(contact, disks=n_linear(config, n_patterns) + contact)
 
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether all rounds are over and the patterns left are computed in contact."""
+    def next_round(self, file: ResultFile) -> Round:
+        """Pending disks of the next round of linear analyses; at the end, those in contact."""
         rounds = Rounds(file)
-        return not rounds.missing and not rounds.missing_in_contact().size
+        known = {name: getattr(rounds, name) for name in ("n_disks", "percentile", "worse_by")}
+        known["types"] = rounds.words
+        if rounds.missing is None:
+            tasks = rounds.missing_in_contact()
+            n_all = int(np.count_nonzero(rounds.status)) + len(tasks)
+            how = "disks in contact", "contact_status"
+            return Round(tasks, known, n_all, *how, told=rounds.words)
+        here, n = rounds.missing
+        blocks = [slice(first, min(first + BLOCK, n)) for first in range(0, n, BLOCK)]
+        pending = [(p, b) for p in here.tolist() for b in blocks if PENDING in rounds.status[p, b]]
+        n_all, of = n_linear(file.config, len(rounds.words) - 1), "linear disks"
+        return Round(pending, known, n_all, of, integrates=False, told=rounds.words)
+
+    def compute(
+        self, config: Config, prepared: Prepared, task: tuple[int, Any], poll: Poll
+    ) -> Iterator[Values]:
+        """Compute the linear analysis of some disks with a pattern, or one of them in contact.
+
+        task: pattern; slice of disks, or the number of the disk in contact. `poll` tells the types
+        of the blades, which the files of other ranks may lack yet.
+        """
+        pattern, disks = task
+        types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
+        added = types[poll()[pattern]]
+        if not isinstance(disks, slice):
+            blades = deviation(config, 0, disks) + added
+            found = peaks_of(config, prepared.problem, blades, poll)
+            yield "contact_amplitude_m", task, found["peak_amplitude_m"]
+            yield "peak_status", task, found["peak_status"]
+            return
+        samples = range(disks.start, disks.stop)
+        results = np.empty((2, len(samples)))
+        for i, sample in enumerate(samples):
+            blades = deviation(config, 0, sample) + added
+            modes = modes_of(config, prepared.problem, blades)
+            size = linear_amplitude(config, prepared.problem, modes, blades)
+            results[0, i] = size / prepared.tuned if np.isfinite(size) else np.nan
+            results[1, i] = modes.waves.damping_ratio.min() if modes.waves else np.nan
+            poll()
+        yield "amplification", task, results[0]
+        yield "least_damping_ratio", task, results[1]
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The patterns left, compared with the disk without a pattern."""
@@ -299,11 +275,9 @@ class PatternStudy(Study):
             advice = "without contact: types further apart in patterns.types_percent"
             yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
         size, done = file.read("contact_amplitude_m"), file.read("contact_status") == DONE
-        n_lost, n = (int(np.count_nonzero(done & off)) for off in (~np.isfinite(size), True))
-        yield from verdict.without_result(n_lost, n, "are missing in the percentiles in contact")
-        yield from verdict.unsettled_peaks(file.config, file.read("peak_status"))
-        yield from verdict.kinematics(file.config, size)
-        yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
+        states, meaning = file.read("peak_status"), "are missing in the percentiles in contact"
+        yield from findings.of_disks(file.config, size[done], states, meaning)
+        yield from findings.few([file.config.patterns.percentile], file.config.mistuning.samples)
 
 
 def _in_words(percentile: float) -> str:

@@ -6,71 +6,39 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.response.sweep import run_sweep
-from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset
+from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Job, Poll, Study, Values
-from hpcrub.runs.verdict import USELESS, Finding
-from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.problem import Problem
+from hpcrub.runs.study import Round
+from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed
-from hpcrub.studies.contact.amplification import peak, peak_status, peak_stress
-from hpcrub.studies.contact.limits import percent, severities
-from hpcrub.studies.threshold import limit_problems
+from hpcrub.studies.contact.limits import percent
+from hpcrub.studies.contact.trials import Case, Trials, beyond, limit_problems, table
 
 FIRST = 100  # disks of the first estimate
 GROWTH = 1.3  # factor on the number of disks from one estimate to the next
 SUPPOSED = 1e-3  # probability that is assumed before anything is known
 ESTIMATE = "probability", "probability_low", "probability_high"
-_E, _N = ("estimate",), ("sample",)
+_E = ("estimate",)
 LAYOUT = (
     Dataset("n_disks", _E, "1", "disks of every estimate, the first ones drawn", "i8"),
     Dataset("probability", _E, "1", "probability of exceeding a limit; NaN: not estimated"),
     Dataset("probability_low", _E, "1", "lower end of its 95 % interval"),
     Dataset("probability_high", _E, "1", "upper end of its 95 % interval"),
-    Dataset("peak_amplitude_m", _N, "m", "largest amplitude of a disk over the speeds"),
-    Dataset("peak_stress_pa", _N, "Pa", "largest stress of a disk over the speeds"),
-    Dataset("peak_speed_hz", _N, "Hz", "speed of the largest amplitude"),
-    Dataset("peak_status", _N, "1", PEAK_STATUS, "u1"),
-    Dataset("status", _N, "1", "0 pending, 1 done", "u1"),
+    *table("sample"),
+    Dataset("peak_speed_hz", ("sample",), "Hz", "speed of the largest amplitude"),
+    Dataset("status", ("sample",), "1", "0 pending, 1 done", "u1"),
 )
 
 
-class Sampling(Job):
-    """Job of more and more disks, until the goal is met (all ranks)."""
-
-    def _tasks(self):
-        return map(int, np.flatnonzero(self.status[: self.round] == PENDING))
-
-    def _next(self):
-        """Number of disks of the next estimate; None: the goal is met, or no disk is left (rank 0).
-
-        An estimate depends on its disks alone, whatever else the file holds.
-        """
-        goal, above = goal_of(self.config), beyond(self.file)
-        for place, n in enumerate(map(int, numbers(self.config))):
-            if (self.status[:n] == PENDING).any():
-                self.expected = self.study.expected(self.file)
-                return n
-            n_above = np.count_nonzero(above[:n])
-            found = n_above / n, *probability_interval(n_above, n, Z_95)
-            self.file.write(dict(zip(ESTIMATE, found, strict=True)), place)
-            if goal.is_met(n_above, n):
-                return None
-        return None
-
-
-class Rare(Study):
+class Rare(Trials):
     """Small probability of exceeding a limit."""
 
     name = "rare"
     what = "small probability of exceeding a limit"
-    integrates = True
-    job = Sampling
-    unit = "disks"
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
@@ -119,25 +87,26 @@ class Rare(Study):
         disks = min(_supposed(config)[1], config.mistuning.samples)
         return Cost(disks, disks=disks)
 
-    def compute(self, config: Config, problem: Problem, task: int, poll: Poll) -> Iterator[Values]:
-        """Compute the largest amplitude and stress of a disk; task: its number."""
-        modes, speeds = modes_of(config, problem, deviation(config, 0, task)), config.speeds
-        result = run_sweep(modes, problem.scene, speeds.values_hz, poll)
-        size, at = peak(result, speeds.values_hz)
-        yield "peak_amplitude_m", task, size
-        yield "peak_speed_hz", task, at
-        yield "peak_stress_pa", task, peak_stress(result)
-        yield "peak_status", task, peak_status(result, speeds.values_hz)
+    def case(self, config: Config, task: int) -> Case:
+        """Disk of a task, which is its number."""
+        return Case(config, deviation(config, 0, task), task)
 
-    def expected(self, file: ResultFile) -> int:
-        """Number of disks that the goal is expected to need, by the last estimate."""
-        n, (chance, *_) = last_estimate(file)
-        return n_needed(goal_of(file.config), chance) if n else 0
+    def next_round(self, file: ResultFile) -> Round:
+        """The pending disks of the next estimate, until the goal is met or no disk is left.
 
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether the goal is met."""
-        n = last_estimate(file)[0]
-        return bool(n and goal_of(file.config).is_met(np.count_nonzero(beyond(file)[:n]), n))
+        An estimate depends on its disks alone, whatever else the file holds.
+        """
+        goal, n, there = goal_of(file.config), numbers(file.config), file.status != PENDING
+        n_above = np.cumsum(beyond(file))[n - 1]
+        n_known = np.count_nonzero(np.cumsum(there)[n - 1] == n)  # estimates
+        met = np.flatnonzero(goal.is_met(n_above[:n_known], n[:n_known]))
+        end = int(met[0]) + 1 if len(met) else n_known
+        found = np.full((len(ESTIMATE), len(n)), np.nan)
+        found[:, :end] = n_above[:end] / n[:end], *probability_interval(n_above, n, Z_95)[:, :end]
+        over = len(met) or n_known == len(n)
+        tasks = [] if over else np.flatnonzero(~there[: n[end]]).tolist()
+        expected = n_needed(goal, found[0, end - 1]) if end else 0
+        return Round(tasks, dict(zip(ESTIMATE, found, strict=True)), expected)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The probability, and the number of disks that it took."""
@@ -148,20 +117,19 @@ class Rare(Study):
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """A probability that is not known well enough, disks without a result, doubtful peaks."""
         config, speeds, computed = file.config, file.config.speeds, file.status != PENDING
-        if not self.is_enough(file):
+        n = last_estimate(file)[0]
+        if not (n and goal_of(config).is_met(np.count_nonzero(beyond(file)[:n]), n)):
             yield Finding(
                 USELESS, "the probability is not known as well as asked",
                 f"{config.mistuning.samples:,} disks do not tell the probability as well as "
                 "asked: more mistuning.samples, or another goal in limits",
             )  # fmt: skip
-        size = file.read("peak_amplitude_m")[computed]
-        lost = int(np.count_nonzero(~np.isfinite(size)))
-        yield from verdict.without_result(lost, len(size), verdict.BEYOND)
-        yield from verdict.unsettled_peaks(config, file.read("peak_status")[computed])
+        names = "peak_amplitude_m", "peak_status", "peak_speed_hz"
+        size, states, at = (file.read(name)[computed] for name in names)
+        yield from findings.of_disks(config, size, states)
         if speeds.n_values > 1:
-            at = file.read("peak_speed_hz")[computed][size > 0.0]
-            yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
-        yield from verdict.kinematics(config, size)
+            places = np.searchsorted(speeds.values_hz, at[size > 0.0])
+            yield from findings.of_peaks(config, places)
 
 
 def numbers(config: Config) -> np.ndarray:
@@ -175,11 +143,6 @@ def numbers(config: Config) -> np.ndarray:
 def goal_of(config: Config) -> Goal:
     """Goal at which the study ends."""
     return Goal(config.limits.probability_error, config.limits.probability_below)
-
-
-def beyond(file: ResultFile) -> np.ndarray:
-    """Whether disks were computed and exceed a limit or have no result (n,)."""
-    return (file.status != PENDING) & ~(severities(file) <= 1.0)
 
 
 def last_estimate(file: ResultFile) -> tuple[int, np.ndarray]:

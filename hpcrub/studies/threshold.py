@@ -9,24 +9,24 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.config.checks import idle
+from hpcrub.config.checks import keys_without_effect
 from hpcrub.config.schema import Config
 from hpcrub.config.study_keys import MOST_VALUES
 from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
-from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset
+from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import USELESS, Finding
+from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Job, Poll, Study, Values
-from hpcrub.runs.verdict import USELESS, Finding
+from hpcrub.runs.study import Round
 from hpcrub.setup import plausibility
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search, coarse
-from hpcrub.studies.contact.amplification import peaks_of
-from hpcrub.studies.contact.limits import percent, severities
+from hpcrub.studies.contact.limits import percent
+from hpcrub.studies.contact.trials import Case, Trials, beyond, limit_problems, table
 
 NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
@@ -35,7 +35,7 @@ NEVER_KEYS = (
 LOOKS = 1.5  # values per bisection that need as many disks as the target asks for
 CLOSE = 2  # values so close to the crossing that they need all disks
 NUMBERS = re.compile(r"\d[\d., ]*(e[-+]?\d+)?")  # in a warning
-_V, _VN = ("value",), ("value", "sample")
+_V = ("value",)
 LAYOUT = (
     Dataset("value", _V, "1", "values of the key, in its own unit"),
     Dataset("n_disks", _V, "1", "disks computed at every value, the first ones drawn", "i8"),
@@ -44,71 +44,17 @@ LAYOUT = (
     Dataset("probability_high", _V, "1", "upper end of the 95 % interval of the probability"),
     Dataset("side", _V, "1", "probability certainly below (-1) or above (1) the target", "i8"),
     Dataset("crossing", ("end",), "1", "values on either side of the crossing; NaN: none"),
-    Dataset("peak_amplitude_m", _VN, "m", "largest amplitude of a disk over the speeds"),
-    Dataset("peak_stress_pa", _VN, "Pa", "largest stress of a disk over the speeds"),
-    Dataset("peak_status", _VN, "1", PEAK_STATUS, "u1"),
-    Dataset("status", _VN, "1", "0 pending, 1 done", "u1"),
+    *table("value", "sample"),
+    Dataset("status", ("value", "sample"), "1", "0 pending, 1 done", "u1"),
 )
 
 
-class Seeking(Job):
-    """Job of the search: one value after the other, each with some more disks (all ranks)."""
-
-    def _take_stock(self):
-        self.status = self.file.read("status")
-        self.n_disks = np.zeros(len(self.status), dtype=int)
-        self.expected = self.study.expected(self.file)
-        return self._next()
-
-    def _tasks(self):
-        value, n = self.round
-        return [(value, int(i)) for i in np.flatnonzero(self.status[value, :n] == PENDING)]
-
-    def _next(self):
-        """Next look (value, n disks) with pending disks; None after writing the answer (rank 0).
-
-        The order of looks does not depend on what the file holds already.
-        """
-        target, most = self.config.threshold.probability, self.status.shape[1]
-        while True:
-            above = exceeds(self.file) & (np.arange(most) < self.n_disks[:, None])
-            search = Search(self.n_disks, above.sum(axis=1), target, most)
-            look = search.next_look()
-            if look and (self.status[look[0], : look[1]] == PENDING).any():
-                spread = coarse(len(self.status))  # over the whole range, unlike all later values
-                if self.round and self.round[0] in spread and look[0] not in spread:
-                    self.begin()
-                return look
-            self._write(search)
-            if look is None:
-                return None
-            self.n_disks[look[0]] = look[1]
-
-    def _write(self, search):
-        ends = probability_interval(search.n_above, search.n_done, Z_95)
-        low, high = np.where(search.n_done > 0, ends, np.nan)
-        crossing = search.crossing()
-        between = self.config.threshold.values[list(crossing)] if crossing else [np.nan, np.nan]
-        results = {
-            "n_disks": search.n_done,
-            "n_above": search.n_above,
-            "probability_low": low,
-            "probability_high": high,
-            "side": search.sides(),
-            "crossing": np.array(between),
-        }
-        self.file.write(results, ())
-
-
-class Threshold(Study):
+class Threshold(Trials):
     """Search for the value of a key that meets a limit with a given probability."""
 
     name = "threshold"
     what = "value of a key that meets a limit with a probability"
     sections = ("threshold",)
-    integrates = True
-    job = Seeking
-    unit = "disks"
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
@@ -141,7 +87,7 @@ class Threshold(Study):
             except InputError as error:
                 yield f"threshold.key: {value:g}: {error}"
                 return
-        for line in idle(at_value(config, config.threshold.highest)):
+        for line in keys_without_effect(at_value(config, config.threshold.highest)):
             if line.startswith(f"{key}:"):
                 yield f"threshold.key: {line}"
 
@@ -179,26 +125,27 @@ class Threshold(Study):
         disks = min(disks, n_values * most)
         return Cost(disks, disks=disks)
 
-    def expected(self, file: ResultFile) -> int:
-        """Number of disks that the search is expected to need."""
-        return self.cost(file.config).disks
-
     def tried(self, config: Config) -> list[Config]:
         """Inputs at values over the whole range, whose disks may differ tenfold in their cost."""
         values = config.threshold.values
         return [at_value(config, float(value)) for value in values[coarse(len(values))]]
 
-    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
-        """Compute the largest amplitude and stress of a disk; task: indices of value and disk."""
+    def case(self, config: Config, task: tuple[int, int]) -> Case:
+        """Input and disk of a task; task: indices of value and disk."""
         here = at_value(config, float(config.threshold.values[task[0]]))
-        size, stress, state = peaks_of(here, deviation(here, 0, task[1]), poll)
-        yield "peak_amplitude_m", task, size
-        yield "peak_stress_pa", task, stress
-        yield "peak_status", task, state
+        return Case(here, deviation(here, 0, task[1]), task)
 
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether the search is over."""
-        return search_of(file).next_look() is None
+    def next_round(self, file: ResultFile) -> Round:
+        """The pending disks of the next value to test; its order does not depend on other disks."""
+        config, there = file.config, file.status != PENDING
+        search = Search.followed(beyond(file), there, config.threshold.probability)
+        known, tasks, phase = results(config, search), [], self.unit
+        if look := search.next_look():
+            value, n = look
+            tasks = [(value, int(i)) for i in np.flatnonzero(~there[value, :n])]
+            # the first values lie over the whole range, unlike all others
+            phase += " over the range" if value in coarse(len(there)) else " near the crossing"
+        return Round(tasks, known, self.cost(config).disks, phase)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""
@@ -225,23 +172,24 @@ class Threshold(Study):
                 f"the probability rises and falls again with {config.threshold.key}: one of "
                 "several crossings is told; draw the figure, and search on parts of the range",
             )  # fmt: skip
-        size = file.read("peak_amplitude_m")
-        computed = np.arange(size.shape[1]) < search.n_done[:, None]
-        lost = int(np.count_nonzero(computed & ~np.isfinite(size)))
-        yield from verdict.without_result(lost, int(search.n_done.sum()), verdict.BEYOND)
-        yield from verdict.unsettled_peaks(config, file.read("peak_status")[computed])
-        yield from verdict.kinematics(config, size)
+        computed = np.arange(search.most) < search.n_done[:, None]
+        names = "peak_amplitude_m", "peak_status"
+        yield from findings.of_disks(config, *(file.read(name)[computed] for name in names))
 
 
-def limit_problems(config: Config) -> Iterator[str]:
-    """Reasons why a study cannot tell the probability of exceeding a limit."""
-    limits = config.limits
-    if limits.amplitude_mm is None and limits.stress is None:
-        yield f"limits: a {config.study} study needs limits.amplitude_mm or limits.stress_mpa"
-    elif limits.stress and not (limits.stress_mpa_per_mm or config.observes_stress):
-        yield "limits.stress_mpa: the model tells no stress, give limits.stress_mpa_per_mm"
-    if len(config.mistuning.half_range_percent) != 1:
-        yield f"mistuning.half_range_percent: a {config.study} study is of one level"
+def results(config: Config, search: Search) -> dict[str, Any]:
+    """What a search tells, by the names in the result file."""
+    ends = probability_interval(search.n_above, search.n_done, Z_95)
+    low, high = np.where(search.n_done > 0, ends, np.nan)
+    crossing = search.crossing()
+    return {
+        "n_disks": search.n_done,
+        "n_above": search.n_above,
+        "probability_low": low,
+        "probability_high": high,
+        "side": search.sides(),
+        "crossing": config.threshold.values[list(crossing)] if crossing else np.full(2, np.nan),
+    }
 
 
 def at_value(config: Config, value: float) -> Config:
@@ -250,11 +198,6 @@ def at_value(config: Config, value: float) -> Config:
     before = flatten(config.model_dump(mode="json")).get(key)
     number = int(value) if isinstance(before, int) and value.is_integer() else value
     return config.replace({key: [number] if isinstance(before, list) else number})
-
-
-def exceeds(file: ResultFile) -> np.ndarray:
-    """Whether disks exceed a limit, or have no result (V, n) of bool."""
-    return ~(severities(file) <= 1.0)
 
 
 def search_of(file: ResultFile) -> Search:

@@ -5,23 +5,25 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import AVERAGED, DIVERGED, STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, POINT_REASON, POINT_STATUS, STEADY
+from hpcrub.effects import casing_motion as casing_effect
+from hpcrub.effects.effect import History
 from hpcrub.response import casing_motion, history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import correlation
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Finding
+from hpcrub.runs import findings
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.runs.verdict import Finding
-from hpcrub.setup.disks import disks
-from hpcrub.setup.problem import time_grid
+from hpcrub.setup.disks import fixed_disks
+from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.interaction_map import DISKS
-from hpcrub.studies.shared import worn
 
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")
@@ -43,30 +45,11 @@ LAYOUT = (
     Dataset("amplitude_m", ("disk",), "m", "amplitude, as in a contact study"),
     Dataset("amplitude_error_m", ("disk",), "m", "standard error; NaN: unknown"),
 )
-_STRESS = Dataset(
-    "stress_pa", ("disk", "time", "stress"), "Pa", "stress at each place; both faces of a root"
-)
-_CASING = (
-    Dataset(
-        "casing_radial_m", ("disk", "time", "casing_angle"), "m",
-        "outward motion of the casing at an angle of its own",
-    ),
-    Dataset("casing_angle_deg", ("casing_angle",), "degree", "angle, from tip 0 at the time zero"),
-    Dataset("casing_waves", ("disk",), "1", "waves of a casing that runs away; NaN: it does not"),
-    Dataset("casing_growth_per_s", ("disk",), "1/s", "rate at which they grow; NaN: they do not"),
-)  # fmt: skip
-N_ANGLES = 120
-# angles in the frame of the casing at which its motion is kept [rad]
-CASING_ANGLES = np.arange(N_ANGLES) * (2.0 * np.pi / N_ANGLES)
-_COATING = (
-    Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
-    Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
-)
 
 
 def _times(config):
     """Times of the checks, and those at which the blocks of the history end [s]."""
-    span, grid = (config.speeds.from_hz, config.history.duration_s), time_grid(config)
+    span, grid = (config.speeds.from_hz, config.history.duration_s), scene_of(config)
     turn = cut_revolution(span[0], grid)
     blocks = np.array(history.checks(*span, grid)), np.arange(1, history.n_blocks(*span, turn) + 1)
     return [number / (span[0] * turn.blocks_per_revolution) for number in blocks]
@@ -75,9 +58,9 @@ def _times(config):
 def _judged(followed, task):
     """Status and amplitude of a disk, and the time of the check that they come from."""
     yield "judged_s", task, followed.time
-    yield "point_status", task, followed.found.status
-    yield "amplitude_m", task, followed.found.amplitude
-    yield "amplitude_error_m", task, followed.found.error
+    yield "point_status", task, followed.verdict.status
+    yield "amplitude_m", task, followed.verdict.amplitude
+    yield "amplitude_error_m", task, followed.verdict.error
 
 
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
@@ -134,9 +117,7 @@ class TimeResponse(StudyInTime):
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets; where blades have several contact points, every point has its own motion."""
-        more = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
-        more += (_STRESS,) if config.observes_stress else ()
-        more += _CASING if config.casing.vibrates else ()
+        more = self.of_effects(config)
         if config.disk.n_points == config.disk.n_blades:
             return LAYOUT + more
         of_points = ("disk", "time", "point")
@@ -152,11 +133,9 @@ class TimeResponse(StudyInTime):
         speed, duration = config.speeds.from_hz, config.history.duration_s
         checks, block_ends = _times(config)
         return {
-            "disk": len(disks(config)),
-            "time": history.n_records(speed, duration, time_grid(config)),
+            "disk": len(fixed_disks(config)),
+            "time": history.n_records(speed, duration, scene_of(config)),
             "point": config.disk.n_points,
-            "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
-            "casing_angle": N_ANGLES,
             "check": len(checks),
             "block": len(block_ends),
         }
@@ -165,11 +144,11 @@ class TimeResponse(StudyInTime):
         """The disks and the times of the checks."""
         checks, block_ends = _times(config)
         return {
-            "deviation": disks(config),
+            "deviation": fixed_disks(config),
             "check_s": checks,
             "window_s": config.steady_state.window_revolutions / config.speeds.from_hz,
             "block_s": block_ends,
-            "casing_angle_deg": np.degrees(CASING_ANGLES),
+            "casing_angle_deg": np.degrees(casing_effect.ANGLES),
         }
 
     def problems(self, config: Config) -> Iterator[str]:
@@ -181,9 +160,9 @@ class TimeResponse(StudyInTime):
                 "speed"
             )
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+    def compute(self, config: Config, prepared: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Integrate one disk in time and test its steady state, or tell why it diverged."""
-        scene, modes = problem.problem.scene, problem.modes[task]
+        scene, modes = prepared.problem.scene, prepared.modes[task]
         speed, duration = config.speeds.from_hz, config.history.duration_s
         followed = history.Follower(modes, scene, speed, duration)
         pieces = history.integrate(modes, scene, np.array([speed]), duration, poll=poll)
@@ -199,7 +178,7 @@ class TimeResponse(StudyInTime):
                 yield "contact_angle_rad", (), scene.interface.angle
         yield "point_reason", task, reason
         yield "point_status", task, DIVERGED
-        if config.casing.vibrates:
+        if len(modes.pairs.omega):
             yield "casing_waves", task, end.growth[0, 0]
             yield "casing_growth_per_s", task, end.growth[0, 1]
         if status.are_fatal(end.reason[0]):
@@ -209,14 +188,11 @@ class TimeResponse(StudyInTime):
         yield "tangential_m", task, tangential
         yield "gap_m", task, gap(scene, speed, time, radial) + wall
         yield "force_n", task, force
-        if scene.observes_stress:
-            yield "stress_pa", task, position @ modes.stress.T
-        if config.casing.vibrates:
-            still = casing_motion.at_rest(modes.pairs, casing, 2.0 * np.pi * speed * time)
-            yield "casing_radial_m", task, casing_motion.radial(modes.pairs, still, CASING_ANGLES)
-        if scene.coating:
-            yield "worn_depth_m", task, np.array(worn_depth)
-            yield from worn.of_speed(followed.wear, task)
+        whole = time, position, casing, np.array(worn_depth)
+        motion = History(modes, scene, speed, lambda: followed.wear, *whole)
+        for effect in effects.of(config):
+            for name, values in effect.of_history(self.name, motion):
+                yield name, task, values
         yield from _tests(followed, task, tangential[followed.seen])
         if not status.are_fatal(reason):
             yield from _judged(followed, task)
@@ -242,26 +218,20 @@ class TimeResponse(StudyInTime):
                 known += f" ± {1e3 * error:.1f} (mean of windows, 95 % interval)"
             size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
             force = file.read("force_n", disk).max()
-            if "casing_radial_m" in file:
-                moved = np.abs(file.read("casing_radial_m", disk)).max()
-                known += f", casing moves by {1e3 * moved:.3g} mm"
-            if "stress_pa" in file:
-                stress = np.abs(file.read("stress_pa", disk)).max()
-                known += f", largest stress {1e-6 * stress:,.0f} MPa"
             care = f"; {status.words(reason[disk])}" if reason[disk] else ""
             yield (
                 f"{name}: {known}, largest |u_t| {size:.1f} mm, "
                 f"largest mean force {force:.4g} N{care}"
             )
-            yield from (f"{name}: {line}" for line in worn.report(file, disk))
+            yield from (f"{name}: {line}" for line in self.facts(file, disk))
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Reasons to distrust the motions of the disks."""
         moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
         states, reasons = file.read("point_status"), file.read("point_reason")
         of_disks = moved[:, None], states[:, None], reasons[:, None]
-        yield from verdict.of_points(file.config, *of_disks, self.time_key)
-        yield from verdict.kinematics(file.config, moved)
+        yield from findings.of_points(file.config, *of_disks, self.time_key)
+        yield from findings.kinematics(file.config, moved)
 
 
 STUDY = TimeResponse()

@@ -15,7 +15,7 @@ from hpcrub.errors import InputError
 from hpcrub.results import layout
 from hpcrub.runs import execution, result_files
 from hpcrub.studies import open_result, run_of
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import findings
 from tests.program import TINY, lay_out, run_here
 
 
@@ -38,7 +38,7 @@ def pictures(page):
 def test_the_page_has_the_verdict_and_the_numbers_of_the_file(folder):
     page = render([str(folder / "a<b>.h5")])
     with open_result(folder / "a<b>.h5") as file:
-        verdict = trust.lines(file)
+        verdict = findings.verdict(file).lines
     assert verdict[0][1:] in html.unescape(page)
     for line in verdict[1:]:
         assert line in html.unescape(page)

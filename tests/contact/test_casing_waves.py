@@ -23,7 +23,7 @@ from hpcrub.model.coating import ElasticCasing
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid, cut_revolution
-from tests.contact.test_coating import KINDS, MILD, rubbing
+from tests.contact.laws.test_coating import KINDS, MILD, rubbing
 from tests.program import whole
 
 SPEED = 34.0

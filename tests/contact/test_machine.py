@@ -19,7 +19,7 @@ from hpcrub.contact.observers import Record
 from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
-from tests.contact.test_spatial import made_up
+from tests.contact.laws.test_solid import made_up
 from tests.program import ROOT
 
 SPEEDS = np.linspace(29.0, 31.0, 4)
@@ -116,7 +116,8 @@ def digests(call, *shapes, **environment):
 
 
 def test_no_shape_changes_a_bit():
-    shapes = [f"{tile}x8x{block}" for tile, block in zip(TILES, (12, 24, 60, 36, 12), strict=True)]
+    blocks = dict(zip(TILES, (12, 24, 60, 36, 12), strict=True))
+    shapes = [f"{tile}x8x{blocks[tile]}" for tile in TILES[::2]]
     first, *others = digests("digest()", *shapes, NUMBA_DISABLE_JIT="1")
     assert len(first) == 64
     assert others == [first] * len(others)

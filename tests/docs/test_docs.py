@@ -3,7 +3,6 @@
 The example of the page on developing a study is added to a copy of the tree as the page says.
 """
 
-import importlib.util
 import json
 import os
 import re
@@ -16,6 +15,8 @@ import h5py
 import numpy as np
 import pytest
 
+from docs import tables
+from evidence.page import updated
 from hpcrub import errors, plot
 from hpcrub.config import yaml_text
 from hpcrub.config.schema import Config, load_runs
@@ -29,15 +30,12 @@ DOCS = ROOT / "docs"
 REFERENCE = DOCS / "reference"
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)")
 BLOCK = re.compile(r"(?:^`(inputs/\S+)`:\n\n)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-spec = importlib.util.spec_from_file_location("tables", DOCS / "tables.py")
-tables = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(tables)
 
 
 @pytest.mark.parametrize("name", tables.TABLES)
 def test_tables_are_in_step_with_the_program(name):
-    text = (REFERENCE / f"{name}.md").read_text(encoding="utf-8")
-    assert tables.updated(name, text) == text, "run `make reference`"
+    path, make = tables.TABLES[name]
+    assert updated(path, **{name: make()}) == path.read_text("utf-8"), "run `make reference`"
 
 
 def test_every_field_of_the_log_is_on_its_page(tmp_path):

@@ -14,13 +14,11 @@ from evidence.validation.coating import MILD, SOFT
 from evidence.validation.energy_audit import REVOLUTION, SPEEDS, bank_of
 from evidence.validation.report import SCHEMES
 from hpcrub.contact.bank import allocate
-from hpcrub.contact.integrate import run
-from hpcrub.model import casing
 from hpcrub.model.coating import ElasticCasing
 from hpcrub.response.revolution import Grid
-from tests.contact.test_coating import KINDS, rubbing
+from tests.contact.laws.test_coating import KINDS, rubbing
 
-N_BLOCKS, N_STEPS = 2, 2 * REVOLUTION // 4
+N_STEPS = 2 * REVOLUTION // 4
 LANES = slice(0, len(SPEEDS))
 
 
@@ -46,21 +44,6 @@ def test_impacts_that_give_energy_are_found():
     assert not books.is_balanced()[LANES].any()
 
 
-def test_work_of_the_casing_is_that_of_its_moving_surface():
-    bank = bank_of("central_difference", n_modes=12)
-    h = bank.scheme.step[1]
-    forces = np.concatenate([steps.force[:, :12, 1] for steps in recorded(bank, N_STEPS)])
-    books = audit(bank_of("central_difference", n_modes=12), N_STEPS)
-
-    step = np.arange(-1, N_STEPS + 1)
-    angle = 2.0 * np.pi * (step[:, None] / REVOLUTION + np.arange(12) / 12.0)
-    grown = np.array([casing.ramp(max(0.0, k * h), 0.01) for k in step])
-    surface = 0.25e-3 - grown[:, None] * casing.bump_height(angle, 4, 1.25e-3)
-    work = -np.sum(forces * (surface[2:] - surface[:-2]), axis=1) / 2.0
-    assert np.abs(books.casing[:, 1] - work).max() < 1e-9 * np.abs(work).max()
-    assert np.abs(work).max() > 1e-3
-
-
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_mass_that_hits_a_wall_loses_its_kinetic_energy(name):
     """A free mass of 0.25 kg: R = 2, q' = 3 → 4.5 J, all lost; nothing else happens."""
@@ -72,18 +55,6 @@ def test_a_mass_that_hits_a_wall_loses_its_kinetic_energy(name):
     assert np.abs(books.impact.sum(axis=0)[:2] / 4.5 - 1.0).max() < 1e-12
     assert np.abs(books.energy[-1]).max() < 1e-12
     assert np.count_nonzero(books.impact[:, 0]) <= 2  # two steps: reach the wall, stay there
-
-
-def test_audited_motion_is_that_of_the_studies():
-    """However few steps are looked at together."""
-    once, twice, bank = (bank_of("exact_modal", n_modes=12) for _ in range(3))
-    audit(once, N_STEPS)
-    assert len(list(recorded(twice, N_STEPS, 7))) > N_STEPS // 7
-    run(bank, N_BLOCKS)
-    assert np.abs(bank.state.position).max() > 0.0
-    for audited in (once, twice):
-        assert (audited.state.position == bank.state.position).all()
-        assert (audited.state.increment == bank.state.increment).all()
 
 
 def test_bumps_that_are_there_at_once_do_work_and_balance():

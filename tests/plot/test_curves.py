@@ -17,7 +17,6 @@ from hpcrub.errors import InputError
 from hpcrub.plot.amplifications import ABOVE, APART, BESIDE
 from hpcrub.plot.families import finished, labels, ordered, reference
 from hpcrub.plot.responses import GREY
-from hpcrub.plot.samples import cumulative
 from hpcrub.plot.style import BLACK, BLUE
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.studies.contact import measured
@@ -194,15 +193,6 @@ def test_samples_that_are_alike_or_alone_have_no_rank_correlation(random, n):
     assert "nan" not in title
 
 
-def test_the_levels_of_a_single_file_stand_beside_its_name(random):
-    """They were spread over the whole axis, as if they were of other files."""
-    axes = plot.amplitudes(contact_file(random))
-    low, high = axes.get_xlim()
-    places = [line.get_xdata()[0] for line in axes.get_lines() if len(line.get_xdata())]
-    assert np.ptp(places) < 0.2 * (high - low)
-    assert low < min(places) < max(places) < high
-
-
 def test_percentiles_over_sigma(random):
     file = contact_file(random)
     x, axes = 100 * file.read("sigma"), plot.percentiles(file)
@@ -308,21 +298,6 @@ def test_steady_amplitudes_are_not_compared_with_the_largest_at_any_time(random)
         assert len(plot.compare(pair)) == 4
 
 
-def test_names_of_coatings_below_amplitudes_are_whole_and_say_which_quantity(random):
-    axes = plot.amplitudes(coated_family(random))
-    names = [label.get_text() for label in axes.get_xticklabels()]
-    assert names == [
-        "law abradable\nyield 0.2 MPa:\nlargest amplitude at any time",
-        "law abradable\nyield 2.0 MPa:\nlargest amplitude at any time",
-        "law rigid:\nsteady amplitude",
-    ]
-    axes.figure.draw_without_rendering()
-    boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
-    assert all(a.x1 < b.x0 for a, b in zip(boxes, boxes[1:], strict=False))
-    assert boxes[0].y0 > axes.figure.bbox.y0
-    assert axes.yaxis.label.get_window_extent().y1 < axes.figure.bbox.y1
-
-
 @pytest.mark.parametrize("n", [40, 2000])
 def test_contact_over_linear(random, n):
     """A hundred samples or fewer are dots, without density or percentile 99.
@@ -352,22 +327,6 @@ def test_contact_over_linear(random, n):
     assert np.ptp(densest[:, 0]) / 2 == pytest.approx(0.1 * reach, rel=0.15)
     assert np.ptp(densest[:, 1]) / 2 == pytest.approx(0.05 * reach, rel=0.15)
     assert densest.mean(axis=0) == pytest.approx([1.1, 1.5], abs=0.02)
-
-
-def test_share_of_a_normal_density_inside_a_contour():
-    """1 − exp(−r²/2) of it lies within r standard deviations."""
-    x = np.linspace(-6, 6, 601)
-    square = x[:, None] ** 2 + x**2
-    share = cumulative(np.exp(-square / 2))
-    np.testing.assert_allclose(share, 1 - np.exp(-square / 2), atol=2e-3)
-
-
-def test_a_list_in_a_name_below_amplitudes_stays_in_one_line(random):
-    ring = "casing: {{ring: {{thickness_mm: 20, waves: {}}}}}\ncontact: {{friction: {}}}\n"
-    texts = [TINY + ring.format(*keys) for keys in (([2, 3], 0.1), ([2], 0.2))]
-    files = [contact_file(random, text) for text in texts]
-    names = [label.get_text() for label in plot.amplitudes(files).get_xticklabels()]
-    assert {"waves [2, 3]\nfriction 0.1", "waves [2]\nfriction 0.2"} == set(names)
 
 
 def family(tmp_path, *sweep):

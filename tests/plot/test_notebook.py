@@ -13,7 +13,6 @@ from evidence.truth.hexahedra import sector_arrays
 from hpcrub import plot
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, neutral, reduced
-from hpcrub.plot import solids
 from hpcrub.results import model_file
 from tests.plot.drawn import words
 from tests.plot.stored import PATTERN, PHYSICS, contact_file
@@ -152,14 +151,3 @@ def test_axes_of_ones_own_and_what_cannot_be_drawn(sector, disk, tmp_path):
     path = tmp_path / "reduced.h5"
     model_file.write(path, neutral.to_arrays(small))
     assert len(hpcrub.plot.model(path).texts) == disk.n_blades
-
-
-def test_blades_of_a_reduced_model_are_sheets_that_move_at_their_tips(disk):
-    """From the contact nodes half way to the axis, although the model knows no face."""
-    small, _ = reduced.reduce_disk(disk, 4)
-    solid = solids.Solid(*(getattr(small, name) for name in solids.Solid._fields))
-    moved = np.full_like(solid.nodes, 1e-3)
-    corners = solid.faces(moved)
-    assert len(corners) == len(disk.contact_node) - disk.n_blades
-    tips, roots = corners[:, :2] - 1e-3, corners[:, :1:-1]
-    np.testing.assert_allclose(roots, tips * [0.5, 0.5, 1.0], atol=1e-12)

@@ -9,15 +9,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from PIL import Image
 
 from hpcrub import plot
 from hpcrub.__main__ import main as program
 from hpcrub.commands import run as cli
-from hpcrub.plot import histories, pictures
+from hpcrub.plot import pictures
 from tests.program import ROOT, lay_out
 
 
@@ -115,27 +113,3 @@ def test_a_figure_never_fails_a_study(folder, monkeypatch, capfd):
     monkeypatch.setattr(pictures, "draw", fail)
     assert cli.main(["modal.yaml"]) == 0
     assert "no figure: RuntimeError: no room for glyphs" in capfd.readouterr().out
-
-
-def test_an_animation_has_its_frames_and_tips_that_rub_lie_on_the_casing(folder):
-    """Radial distances of tips and casing have one scale; the tip has moved around by a little."""
-    (folder / "a.yaml").write_text(
-        "study: time_response\noutput: a.h5\nspeeds: {from_hz: 34.45, to_hz: 34.45}\n"
-        "history: {duration_s: 0.3}\ncasing: {n_bumps: 4}\n"
-    )
-    assert cli.main(["a.yaml", "--no-figures"]) == 0
-    assert draw("a.h5", "--figure", "rubbing") == 0
-    with Image.open("a_rubbing.gif") as moving:
-        assert 60 < moving.n_frames <= 72  # equal neighbours are kept once, for longer
-    film, found = plot.rubbing("a.h5"), []
-    for frame in range(0, 72, 6):
-        casing, *blades, sparks, _ = film._func(frame)
-        # no blade ends inside the disk, which would hide it
-        assert min(np.hypot(*blade.get_xy().T).max() for blade in blades) > histories.HUB + 0.1
-        around, radius = (f(*casing.get_xy().T[::-1]) for f in (np.arctan2, np.hypot))
-        x, y = sparks.get_data()
-        room = np.interp(np.arctan2(y, x), np.unwrap(around), radius, period=2 * np.pi)
-        found += list(zip(np.hypot(x, y), room, strict=True))
-    tips, casing = np.array(found).T
-    assert len(tips) > 5
-    np.testing.assert_allclose(tips, casing, atol=0.02)  # of a clearance drawn as 0.07

@@ -6,11 +6,12 @@ import pytest
 from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
-from hpcrub.plot import histories, maps
+from hpcrub.effects import EFFECTS, casing_motion
+from hpcrub.plot import maps
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.wear import GROOVE, INNER
 from hpcrub.results.layout import DONE
-from hpcrub.studies.shared import casing_motion
+from hpcrub.studies.contact.survey import for_effects
 from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines, words
 from tests.plot.stored import PATTERN, PHYSICS, File, N, contact_file, modal_file
 from tests.program import TINY
@@ -77,18 +78,6 @@ def test_time_response(random, law):
     last = 1e3 * file.read("tangential_m", 1)[close, 4]  # with its offset, and without
     words_of = f"{np.abs(last).max():.3g} mm,\nhalf of peak to peak {np.ptp(last) / 2:.3g} mm"
     assert words_of in panels[0, 1].get_title()
-
-
-def test_an_envelope_holds_every_value(random):
-    time = np.linspace(0, 1, 7001)
-    values = random.normal(size=(7001, 3))
-    middle, low, high = histories.envelope(time, values)
-    assert len(middle) == histories.BINS
-    assert low.min() == values.min()
-    assert high.max() == values.max()
-    part = np.searchsorted((middle[1:] + middle[:-1]) / 2, time)
-    assert (low[part] <= values.min(axis=1)).all()
-    assert (high[part] >= values.max(axis=1)).all()
 
 
 def ridge(speeds, frequencies, order, centre, width, size):
@@ -158,16 +147,6 @@ def test_branches(random):
     assert "motions differ by more than 3 %" in axes.figure.legends[0].get_title().get_text()
 
 
-def test_the_casing_of_the_animation_has_the_clearance_of_its_speed():
-    """Between two bumps 0.13 mm, whatever clearance_mm says."""
-    config = Config(
-        speeds={"from_hz": 34.5, "to_hz": 34.5},
-        casing={"n_bumps": 4, "clearance_hz_mm": [[34, 0.14], [35, 0.12]]},
-    )
-    file = File(config.to_yaml())
-    assert histories._room(file, 1.0, np.pi / 4) == pytest.approx(0.13e-3)
-
-
 def test_casing():
     """Three bumps, where they are highest the tips would be 1 mm deep; the growth ends at 1."""
     config = Config(casing={"n_bumps": 3})
@@ -197,6 +176,9 @@ def test_safe():
     assert "order 4 at 23.25 Hz" in met.get_label()
 
 
+(CASING,) = (effect for effect in EFFECTS if effect.name == "waves")
+
+
 def ring_file(random, text=TINY, shape=(2, N)):
     """A contact study in a casing that vibrates."""
     file = contact_file(random, f"{text}casing: {{ring: {{thickness_mm: 20}}}}\n", shape)
@@ -220,7 +202,7 @@ def test_the_disk_of_a_pattern_is_in_every_panel_of_a_casing_that_vibrates(rando
     assert "mistuned disk" in said
     assert "samples" not in said
     assert "share" not in said
-    assert "percentiles" not in " ".join(casing_motion.lines(file, 1))
+    assert "percentiles" not in " ".join(CASING.lines(for_effects(file)))
 
 
 @pytest.mark.parametrize(("n_speeds", "width"), [(3, 0.2), (1, 1.0)])

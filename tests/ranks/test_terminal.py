@@ -99,7 +99,8 @@ def test_the_time_left_is_told_for_the_parts_that_are_expected(expected, capsys)
     """
     run = studies.run_of(Config(study="linear"))
     job = Job(run, Team(), None, None, progress.Progress(run.config))
-    job.status, job.work, job.expected = np.repeat(np.uint8([1, 0]), [49, 101]), Work(20), expected
+    job.status, job.n_finished = np.repeat(np.uint8([1, 0]), [49, 101]), 49
+    job.work, job.expected = Work(20), expected
     job.begin()
     job.work += Work(24)
     job.progress.began -= 100.0
@@ -148,13 +149,13 @@ def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):
     end, gone = os.pipe()
     os.close(end)
     with os.fdopen(gone, "w") as left, open("/dev/full", "w") as full:
-        for out, lost in ((left, ""), (full, "No space left on device")):
-            for words in (["--help"], ["keys"], ["run", "a.yaml", "--overwrite", "--no-figures"]):
-                line = [sys.executable, "-m", "hpcrub", *words]
-                how = {"cwd": tmp_path, "env": environment, "stderr": subprocess.PIPE}
-                done = subprocess.run(line, stdout=out, text=True, **how)
-                said = f"hpcrub: nothing is printed any more: {lost}\n" if lost else ""
-                assert (done.returncode, done.stderr) == (0, said)
+        study, lost = ["run", "a.yaml", "--no-figures"], "No space left on device"
+        for out, words in ((left, ["keys"]), (full, ["--help"]), (full, study)):
+            line = [sys.executable, "-m", "hpcrub", *words]
+            how = {"cwd": tmp_path, "env": environment, "stderr": subprocess.PIPE}
+            done = subprocess.run(line, stdout=out, text=True, **how)
+            said = f"hpcrub: nothing is printed any more: {lost}\n" if out is full else ""
+            assert (done.returncode, done.stderr) == (0, said)
     assert run_here("a.yaml", "--status", folder=tmp_path) == 0
 
 
@@ -163,7 +164,8 @@ def test_where_nothing_can_be_printed_at_all_a_study_is_computed(tiny, buffered,
     """Not even that nothing is printed any more, which ended the study before its first sample."""
     monkeypatch.setenv("PYTHONUNBUFFERED", buffered)
     with open("/dev/full", "w") as full:
-        for words, expected in (([tiny, "--no-figures"], 0), (["inspect", "x.h5"], 2)):
+        refused = [] if buffered else [(["inspect", "x.h5"], 2)]
+        for words, expected in (([tiny, "--no-figures"], 0), *refused):
             how = {"cwd": tiny.parent, "env": os.environ | ENVIRONMENT, "stderr": full}
             line = command(0, ROOT / "main.py", *words)
             assert subprocess.run(line, stdout=full, **how).returncode == expected

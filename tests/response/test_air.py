@@ -66,19 +66,6 @@ def test_the_linear_response_is_that_of_a_direct_solution(reduced, scene, order)
     assert near.max() == pytest.approx(peak, rel=1e-5)
 
 
-def test_a_load_that_never_meets_a_disk_in_air_sees_its_frequencies_of_the_middle(reduced, scene):
-    """ω² grows by 24 W², W² faster than the load of engine order 4, and λ with it."""
-    modes, order = disk(reduced), 4
-    grows = np.array([np.full(len(modes.omega), 1.5 * order**2), np.zeros(len(modes.omega))])
-    slopes = (grows / modes.omega**2)[:, modes.waves.rows]
-    never = modes._replace(stiffening=grows, waves=modes.waves._replace(slopes=slopes))
-    found, fixed = (
-        linear_peak(one, scene.damping_ratio, 1.0, order, scene.interface, N)
-        for one in (never, modes)
-    )
-    assert found == fixed
-
-
 def test_blades_of_one_mass_never_exceed_the_limits_of_whitehead():
     """A ≤ (1 + √N)/2 of equal waves, and A ≤ ½ [1 + √(ζ_n Σ 1/ζ_r)] of a load of n diameters."""
     omega, drawn = OMEGA, np.random.default_rng(8)  # coupled by the disk
@@ -111,18 +98,6 @@ def test_a_free_motion_is_that_of_the_matrix_exponential(reduced, scene):
     for k in (0, 100, len(time) - 1):
         true = (expm(A * time[k, 0]) @ np.concatenate([start, 0 * start]))[:m]
         np.testing.assert_allclose(q[k, :, 0], true, rtol=0, atol=1e-10 * np.abs(start).max())
-
-
-def test_a_wave_of_the_tuned_disk_decays_over_a_hundred_periods_as_given(reduced, scene):
-    modes, far = mistuned_modes(reduced, np.zeros(N)), scene._replace(clearance=1.0)
-    waves, k = modes.waves, 3
-    motion = Motion.at_rest(1, modes.n_rows)
-    motion.position[0, len(modes.real) + 2 * k] = 1e-3
-    duration = 100 * 2 * np.pi / waves.eigenvalue[k].imag
-    q, time = whole(modes, far, [SPEED], duration, "position", "time", motion=motion)
-    expected = 1e-3 * (waves.right[:, k] * np.exp(waves.eigenvalue[k] * time[-1, 0])).real
-    np.testing.assert_allclose(q[-1, waves.rows, 0], expected, rtol=0,
-                               atol=1e-10 * np.abs(waves.right[:, k]).max())  # fmt: skip
 
 
 def test_in_contact_the_steps_tend_to_those_of_one_system_of_first_order(reduced, scene):
@@ -215,30 +190,6 @@ def test_in_contact_all_energy_of_the_family_is_accounted_for(reduced, scene):
     by_force = np.sum(impulse * (before + kicked)[:, N:], axis=1) / 2
     assert np.abs(worked - by_force).sum() < 1e-4 * turnover  # the step's second order
     assert min(taken.sum(), -brought.sum()) > 0.04 * worked.sum()
-
-
-def test_a_mirrored_disk_that_turns_the_other_way_moves_as_in_a_mirror(tmp_path):
-    """Shape, deviations and waves in reverse: r → N − r. The twin of the steps turns either way."""
-    deviation, speed = stiffness_deviation(5, 0, 0, 5, 0.04), 580.0
-    seen = []
-    for way, lean in ((1, 0.6), (-1, -0.6)):
-        model_file.write(tmp_path / f"{way}.h5", sector_arrays(lean=lean))
-        text = BLISK.replace("sector.h5", str(tmp_path / f"{way}.h5")) + "aero: {influence: ["
-        text += f"{{damping_ratio: 0.005}}, {{blades: {way}, damping_ratio: 0.003}}, "
-        text += f"{{blades: {2 * way}, frequency_shift: 0.002}}]}}"
-        problem = build_problem(resolved(Config.from_yaml(text)))
-        modes = mistuned_modes(problem.reduced, np.roll(deviation[::way], way < 0))
-        scene, face = problem.scene, problem.scene.interface
-        place = np.argsort(np.round(way * face.angle % (2 * np.pi), 9))
-        wall = ring.wall_of(scene)
-        D, K = matrices(modes, scene.damping_ratio)
-        tangential = way * modes.tangential
-        q, pushes = air.integrate(
-            D, K, modes.normal, tangential, way * face.angle, wall, speed, 900, 1800
-        )
-        assert pushes.any(axis=0).all()
-        seen.append(np.stack([modes.normal[place] @ q.T, tangential[place] @ q.T]))
-    np.testing.assert_allclose(seen[1], seen[0], rtol=0, atol=1e-9 * np.abs(seen[0]).max())
 
 
 @pytest.mark.parametrize("kind", ["planar", "spatial"])

@@ -115,17 +115,3 @@ def test_the_largest_motion_is_that_of_all_records_and_angles():
     for r in (0, 57, 399):
         seen, _ = casing.rows(angle - turned[r])
         np.testing.assert_allclose(fixed[r], seen @ y[r], atol=1e-12)
-
-
-def test_a_casing_at_rest_in_a_wave_that_turns_with_the_rotor():
-    """Its motion is the same pattern at all times, and its share of the energy is all."""
-    casing = ring_modes(STEEL, np.array([2, 3]), 0.0)
-    pairs = casing.seen_from(np.zeros(1))
-    y = np.array([[0.3, -0.4, 0.0, 0.0]])
-    angle = np.linspace(0, 6, 13)
-    outward, _ = casing.rows(angle)
-    np.testing.assert_allclose(casing_motion.radial(pairs, y, angle), (outward @ y.T).T)
-    np.testing.assert_allclose(casing_motion.amplitudes(pairs, y), [[0.5 * casing.radial[0], 0.0]])
-    moved, n = casing_motion.largest(pairs, y)
-    assert n == 2
-    assert moved == pytest.approx(0.5 * casing.radial[0], rel=1e-2)

@@ -4,19 +4,15 @@ import numpy as np
 import pytest
 
 from evidence.truth.disk import reference_reduced, reference_scene
-from evidence.truth.hexahedra import sector_arrays
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import STEADY
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
-from hpcrub.results import model_file
-from hpcrub.setup import imported
-from hpcrub.setup.disks import modes_of
 from hpcrub.setup.input_files import with_tables
-from hpcrub.setup.problem import build_problem, scene_of
-from tests.program import BLISK, at_speed
+from hpcrub.setup.problem import interface_of, scene_of
+from tests.program import at_speed
 
 SPEEDS = np.array([33.9, 34.4, 34.9])
 DEVIATION = np.linspace(-0.02, 0.02, 12)
@@ -48,7 +44,7 @@ def test_every_speed_has_the_clearance_of_the_table(law):
         alone = swept(speeds=[speed], clearance=found, **LAWS[law])
         np.testing.assert_equal(at_speed(alone, 0), at_speed(whole, i))
     level = swept(running=((30.0, 0.25e-3), (36.0, 0.25e-3)), **LAWS[law])
-    np.testing.assert_equal(level.arrays, swept(clearance=0.25e-3, **LAWS[law]).arrays)
+    np.testing.assert_equal(level.by_name(), swept(clearance=0.25e-3, **LAWS[law]).by_name())
 
 
 def test_a_speed_whose_clearance_is_out_of_reach_stays_at_rest():
@@ -61,7 +57,7 @@ def test_a_speed_whose_clearance_is_out_of_reach_stays_at_rest():
 def test_blades_that_are_all_shorter_are_a_casing_that_is_wider():
     part = 2.0**-14  # adds without rounding
     found = swept(own=np.full(12, part), clearance=2.0**-12)
-    np.testing.assert_equal(found.arrays, swept(clearance=2.0**-12 + part).arrays)
+    np.testing.assert_equal(found.by_name(), swept(clearance=2.0**-12 + part).by_name())
 
 
 def test_a_blade_takes_its_own_part_with_it():
@@ -83,44 +79,10 @@ def test_what_an_input_says_reaches_the_scene(tmp_path):
     reduced = reference_reduced()
     (tmp_path / "clearance.csv").write_text("clearance_mm, speed_hz\n0.5, 30\n0.1, 40\n")
     config = Config(casing={"clearance_hz_mm": str(tmp_path / "clearance.csv")})
-    scene = scene_of(with_tables(config), reduced)
+    scene = scene_of(with_tables(config), reduced.interface)
     assert abs(scene.at(35.0).clearance - 0.3e-3) < 1e-18
     assert abs(scene.clearance - 0.28e-3) < 1e-18  # the smallest, at 35.5 Hz
     two = reduced.interface._replace(blade=np.arange(12) // 2, clearance=np.full(12, 1e-5))
     few = Config(disk={"n_blades": 6}, casing={"blade_clearance_mm": [0, 0, 0, 0, 0, 0.1]})
-    own = scene_of(few, reduced._replace(interface=two)).interface.clearance
+    own = interface_of(few, two).clearance
     assert np.allclose(own, [1e-5] * 10 + [1.1e-4] * 2, rtol=1e-12)
-
-
-@pytest.fixture(scope="module")
-def blisk(tmp_path_factory):
-    """Config of a small blisk that moves in three dimensions and has two points on each blade."""
-    path = tmp_path_factory.mktemp("blisk") / "sector.h5"
-    model_file.write(path, sector_arrays(lean=0.6))
-    return imported.resolved(Config.from_yaml(BLISK.replace("sector.h5", str(path))))
-
-
-WEARS = {"contact.law": "abradable", "contact.coating": {"yield_mpa": 0.5, "tip_area_mm2": 400}}
-TABLE = {"casing.clearance_hz_mm": [[570, 0.045], [590, 0.005]]}  # 35, 25, 15 µm
-
-
-@pytest.mark.parametrize("law", [{}, WEARS], ids=["rigid", "abradable"])
-def test_a_blisk_has_the_clearance_of_every_speed(blisk, law):
-    """The same bits as with the same clearance at one speed alone; blades have their own part."""
-    blades = {"casing.blade_clearance_mm": [0.002, 0.0, -0.001, 0.004, 0.0]}
-    problem = build_problem(blisk.replace(law | TABLE | blades))
-    modes, speeds = modes_of(blisk, problem, np.linspace(-0.02, 0.02, 5)), blisk.speeds.values_hz
-    scene, face = problem.scene, problem.scene.interface
-    own = 1e-3 * np.array(blades["casing.blade_clearance_mm"])[face.blade]
-    assert np.allclose(face.clearance, own, atol=1e-18)
-    plain = build_problem(blisk.replace(law)).scene._replace(interface=face)
-    whole = run_sweep(modes, scene, speeds)
-    assert (whole.max_sweeps > 0).all()
-    assert len(set(whole.amplitude)) == len(speeds)
-    for i, speed in enumerate(speeds):
-        found = scene.at(speed).clearance
-        assert abs(found - 1e-6 * (35 - 10 * i)) < 1e-15
-        alone = run_sweep(modes, plain._replace(clearance=found), [speed])
-        np.testing.assert_equal(at_speed(alone, 0), at_speed(whole, i))
-    if law:
-        assert (whole.wear.depth > 1e-6).all()

@@ -126,3 +126,11 @@ def test_the_papers_rule_takes_the_largest_of_the_last_window():
     assert np.isnan([found.error, found.scatter]).all()
     found, n = watched(amplitudes, kind=LastWindow, criteria=SteadyCriteria())
     assert (found.status, found.amplitude, n) == (NOT_STEADY, 3.0, 5)
+
+
+def test_a_check_that_fails_takes_back_those_passed_before():
+    """Passed, failed, passed, passed: two in succession only at the fourth check."""
+    amplitudes = np.array([1.0, 1.001, 1.2, 1.201, 1.202, 1.203])
+    twice = SteadyCriteria(confirmations=2)
+    found, n = watched(amplitudes, alike=True, kind=LastWindow, criteria=twice)
+    assert (found.status, found.amplitude, n) == (STEADY, 1.202, 5)

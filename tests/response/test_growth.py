@@ -107,7 +107,7 @@ def test_a_motion_of_equal_blades_that_does_not_stay_is_marked(problem):
     assert (marked.point_status[0], marked.point_reason[0]) == (NOT_STEADY, GROWING)
     kept = swept(problem, equal, speeds, watches_growth=False)
     assert kept.amplitude[0] == pytest.approx(marked.amplitude[0], rel=1e-3)
-    times = marked.shows[0] + np.array([-0.25, 0.5])
+    times = marked.growth_shows[0] + np.array([-0.25, 0.5])
     before, after = (
         swept(problem, equal, speeds, first_check=t, max_time=t, watches_growth=False)
         for t in times

@@ -4,6 +4,8 @@ Their forces are held against a textbook scheme in tests.contact.test_kernel, an
 on from one another in test_wear.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -131,7 +133,8 @@ def test_a_failure_stays(problem):
 
 def test_points_that_fail_later_have_no_result():
     nan = np.nan
-    result = SweepResult.empty(3)._replace(
+    result = replace(
+        SweepResult.empty(3),
         amplitude=np.array([1.0, 2.0, nan]),
         localisation=np.array([0.1, 0.2, nan]),
         point_status=np.array([STEADY, STEADY, DIVERGED], np.uint8),

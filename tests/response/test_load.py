@@ -16,7 +16,7 @@ from hpcrub.response.scene import can_touch
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.imported import resolved
-from hpcrub.setup.problem import build_problem, time_grid
+from hpcrub.setup.problem import build_problem, scene_of
 from tests.program import ROOT, whole
 
 DAMPING = 0.05  # transients decay by 10⁻⁹ until the first check
@@ -95,7 +95,7 @@ def test_every_step_of_a_disk_in_three_dimensions_counts():
     """More than one family moves its tips."""
     given = load_runs(ROOT / "inputs/blisk/contact.yaml")[0]
     config = resolved(given.replace({"time.step_s": 1e-6}))
-    grids = [cut_revolution(speed, time_grid(config)) for speed in config.speeds.values_hz]
+    grids = [cut_revolution(speed, scene_of(config)) for speed in config.speeds.values_hz]
     assert max(grid.stride for grid in grids) > 1
     assert {grid.look for grid in grids} == {1}
 
@@ -157,5 +157,5 @@ def test_the_keys_of_the_load():
     config = Config().replace({"forcing.in_contact": True, "forcing.engine_order": 6})
     scene = build_problem(config).scene
     assert (scene.load, scene.load_order, scene.repeats) == (150.0, 6, 2)
-    assert time_grid(config).repeats == 2
+    assert scene_of(config).repeats == 2
     assert build_problem(Config()).scene.load == 0.0

@@ -17,7 +17,7 @@ from hpcrub.response.history import Follower, integrate
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.setup.problem import coating_of
-from tests.contact.test_coating import KINDS, rubbing
+from tests.contact.laws.test_coating import KINDS, rubbing
 from tests.program import at_speed
 
 COATING = Coating(5e-3, 1e9, 15e6, 2e8, 1.4e-3, 0.1)
@@ -144,10 +144,10 @@ def test_a_history_wears_as_the_sweep_does():
         depths.append(piece.worn[0].max())
     assert depths[-1] == swept.wear.depth[0] > 1e-3
     assert (np.diff(depths) >= 0.0).all()
-    for name, values in followed.wear._asdict().items():
+    for name, values in vars(followed.wear).items():
         tolerance = {"rel": 2e-3} if name in ("amplitude", "time") else {"rel": 0.0, "abs": 0.0}
         assert values[0] == pytest.approx(getattr(swept.wear, name)[0], **tolerance), name
-    assert followed.found.status == swept.point_status[0] == NOT_STEADY
+    assert followed.verdict.status == swept.point_status[0] == NOT_STEADY
 
 
 @pytest.mark.parametrize("name", ["planar coated", "spatial coated", "spatial both"])

@@ -19,7 +19,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies import STUDIES
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact.layout import KINDS
+from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
 from tests.program import ROOT, TINY, lay_out, names_in
 
 
@@ -99,7 +99,7 @@ def test_percentiles_and_the_tuned_disk_are_tables_by_short_names(done):
     """In all readers a percentile is the coordinate, and what it is of the variable."""
     found = running_percentiles(np.array([1.0, 3.0]), (1, 50, 99), 1, 1.96)
     with studies.open_result(done, mode="r+") as file:
-        for kind in KINDS[:2]:
+        for kind in (AMPLIFICATION, LINEAR):
             contact_file.write_statistics(file, kind, 1, found)
         contact_file.write_tuned(file, {"amplitude_m": np.array([4.0, 5.0, 6.0])})
     with hpcrub.open(done) as file:

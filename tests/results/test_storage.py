@@ -257,16 +257,6 @@ def test_a_failed_replacement_leaves_the_old_file(path, monkeypatch):
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
-def test_a_model_file_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
-    def begin(part, arrays):
-        part.write_bytes(b"half")
-        raise OSError("no")
-
-    monkeypatch.setattr(model_file, "write_arrays", begin)
-    assert "cannot be written (no)" in refusal(model_file.write, tmp_path / "model.h5", {})
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
     """In a process of its own: HDF5 used to crash it at its end."""
     program = f"""if True:

@@ -47,7 +47,7 @@ def test_waves_of_a_table_are_in_the_order_of_their_way_around(tmp_path):
         ({"waves": waves()["waves"][:-1]}, "11 waves given, 12 blades have 12; 1 nodal diameters, "
          "travels: backward, is missing"),
         ({"influence": [{"blades": 1}, {"blades": -11}]}, "1 blades ahead is given twice"),
-        ({"influence": [{"blades": 1}]} | waves(), "cannot be combined with aero.waves"),
+        ({"influence": [{"blades": 1}]} | waves(), "cannot be combined with aero.influence"),
     ],
 )  # fmt: skip
 def test_waves_that_are_not_those_of_the_disk_are_refused(keys, message):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hpcrub.config.schema import Config
-from hpcrub.errors import InputError
 from hpcrub.setup.casing import casing_modes_of, overtaken
 from hpcrub.setup.input_files import with_tables
 from hpcrub.setup.problem import build_problem
@@ -65,12 +64,6 @@ def test_waves_that_the_steps_do_not_resolve_are_refused():
 )  # fmt: skip
 def test_waves_that_cannot_be_are_refused(casing, words):
     assert words in refusal(build_problem, Config(casing=casing))
-
-
-def test_a_table_with_other_columns_is_refused(tmp_path):
-    (tmp_path / "casing.csv").write_text("waves,frequency_hz\n2,50\n")
-    with pytest.raises(InputError, match=r"casing.modes_csv: .* instead of the names waves"):
-        with_tables(Config(casing={"modes_csv": str(tmp_path / "casing.csv")}))
 
 
 def test_the_casing_counts_in_the_stability_limit_of_central_differences():

@@ -272,12 +272,6 @@ def test_blades_may_have_different_numbers_of_contact_nodes(folder):
     assert program(["import", "model", "model.h5"]) == 0
 
 
-def test_a_file_without_its_kind_is_told_by_the_import(folder, capsys):
-    model_file.write("empty.h5", {"a": np.ones(1)})
-    assert program(["import", "model", "empty.h5"]) == InputError.exit_code
-    assert "hpcrub_model: this array is missing" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [

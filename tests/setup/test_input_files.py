@@ -11,7 +11,7 @@ from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.results import tables
 from hpcrub.setup import input_files
-from hpcrub.setup.disks import deviation, disks, run_deviation, sigma_of
+from hpcrub.setup.disks import deviation, fixed_disks, run_deviation, sigma_of
 from hpcrub.studies import open_result
 from tests.program import TINY, refusal, run_here, run_on
 
@@ -241,9 +241,9 @@ def test_patterns_that_do_not_fit_are_refused(tmp_path, rows, keys, words):
 def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
     config = study_of(csv_of(tmp_path / "disks.csv", PATTERNS)).replace({"study": "branches"})
     with pytest.raises(InputError, match="5 disks, and a study branches is of one"):
-        disks(config)
+        fixed_disks(config)
     first = config.replace({"mistuning.samples": 1})
-    np.testing.assert_array_equal(disks(first), [run_deviation(first, 0), PATTERNS[0] / 100])
+    np.testing.assert_array_equal(fixed_disks(first), [run_deviation(first, 0), PATTERNS[0] / 100])
 
 
 @pytest.mark.mpi

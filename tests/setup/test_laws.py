@@ -1,7 +1,7 @@
 """A contact law of one's own, named in an input: the bits of Python on any ranks, and refusals.
 
-The law is that of `inputs/spring_law.py`, which `tests.contact.test_laws` holds against an exact
-motion.
+The law is that of `inputs/spring_law.py`, which `tests.contact.laws.test_laws` holds against an
+exact motion.
 """
 
 import shutil
@@ -62,7 +62,7 @@ def test_what_is_no_law_is_refused(folder, capsys, own, message):
 
 def test_a_law_replaces_the_rigid_casing_alone(folder, capsys):
     message = refused_study(folder, TEXT, "contact.law=abradable", capsys)
-    assert "contact.own_law: goes with contact.law: rigid, not abradable" in message
+    assert "goes with contact.law: rigid, not abradable" in message
 
 
 def test_a_study_does_not_go_on_with_a_law_that_has_changed(folder, tmp_path, capsys):

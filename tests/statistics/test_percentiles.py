@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from hpcrub.statistics import pairs
 from hpcrub.statistics.percentiles import (
@@ -14,7 +15,9 @@ from hpcrub.statistics.percentiles import (
     first_converged,
     judged_error,
     percentile_interval,
+    probability_interval,
     running_percentiles,
+    widened,
     with_interval,
 )
 
@@ -176,3 +179,22 @@ def test_rank_interval_covers_as_often_as_it_says():
         found, low, high = pairs.rank_correlation(x, y)
         hits += low <= true <= high
     assert 0.91 < hits / 400 < 0.985
+
+
+@pytest.mark.parametrize(("count", "n"), [(0, 20), (3, 20), (20, 20)])
+def test_an_interval_of_a_probability_leaves_the_tails_of_the_binomial(count, n):
+    """Its ends are the probabilities for which so few, or so many, are just improbable."""
+    low, high = probability_interval(count, n, 1.96)
+    if count > 0:
+        assert binom.sf(count - 1, n, low) == pytest.approx(0.025, rel=1e-3)
+    if count < n:
+        assert binom.cdf(count, n, high) == pytest.approx(0.025, rel=1e-3)
+    assert low <= count / n <= high
+
+
+def test_a_shared_uncertainty_adds_in_squares():
+    low, high = widened(np.array([2.0]), np.array([1.7]), np.array([2.4]), np.array([0.2, 0.15]))
+    assert (low[0], high[0]) == pytest.approx((1.5, 2.5))
+    alone = widened(np.array([2.0]), np.array([1.7]), np.array([np.nan]), np.array([np.nan, 0.0]))
+    assert alone[0][0] == pytest.approx(1.7)
+    assert np.isnan(alone[1][0])

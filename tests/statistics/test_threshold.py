@@ -12,17 +12,22 @@ def searched(chance, target, most, seed):
     """A whole search among disks that are above the limit with a chance at every value."""
     drawn = np.random.default_rng(seed).uniform(size=most)  # the same disks at every value
     above = drawn < chance[:, None]
-    n_done, n_looks = np.zeros(len(chance), dtype=int), 0
-    while True:
-        counts = np.array([row[:n].sum() for row, n in zip(above, n_done, strict=True)])
-        found = Search(n_done, counts, target, most)
-        look = found.next_look()
-        if look is None:
-            return found
-        assert n_done[look[0]] < look[1] <= most
-        n_done[look[0]] = look[1]
+    return Search.followed(above, np.ones(above.shape, dtype=bool), target)
+
+
+def test_a_search_goes_on_where_its_disks_end_whatever_else_is_known():
+    above = np.random.default_rng(1).uniform(size=60) < np.linspace(0.0, 1.0, 9)[:, None]
+    known, n_looks = np.zeros(above.shape, dtype=bool), 0
+    known[3] = True  # looked at by another search
+    while look := Search.followed(above, known, 0.3).next_look():
+        value, n = look
+        assert Search.followed(above, known, 0.3).n_done[value] < n <= 60
+        known[value, :n] = True
         n_looks += 1
         assert n_looks < 500
+    whole, found = (Search.followed(above, k, 0.3) for k in (np.ones_like(known), known))
+    np.testing.assert_array_equal(found.n_done, whole.n_done)
+    np.testing.assert_array_equal(found.n_above, whole.n_above)
 
 
 @pytest.mark.parametrize(("target", "most"), [(0.01, 3000), (0.1, 1000), (0.5, 500)])

@@ -5,7 +5,7 @@ import pytest
 
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import STEADY
-from hpcrub.runs import verdict
+from hpcrub.results.verdict import Verdict
 from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.studies import open_result
 from hpcrub.studies.checklist import CHANGES, STUDY, moved
@@ -88,7 +88,7 @@ def test_a_change_counts_where_it_is_more_than_chance(found):
     with open_result(folder / "one.h5", mode="r+") as file:
         settled = np.full(rows.shape, STEADY)
         file.write({"peak_amplitude_m": rows, "peak_status": settled}, ())
-        lines = verdict.block(STUDY.findings(file))
+        lines = Verdict.of(STUDY.findings(file)).lines
         file.write({"peak_amplitude_m": before}, ())
     assert "3 of 3 disks have no result with friction higher by 0.05: contact.friction" in lines
     words = "half the time step moves the answer by +8 %"

@@ -22,7 +22,6 @@ from hpcrub.config import yaml_text
 from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup.disks import run_deviation
@@ -31,23 +30,6 @@ from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact.study import require_complete
 from tests.plot.stored import File
 from tests.program import TINY, error_lines, run_here, whole
-
-
-def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
-    """At every speed, whatever its neighbours: a longer look would find a larger energy."""
-    spans, integrate = [], history.integrate
-
-    def watched(modes, scene, speeds_hz, *arguments):
-        pieces = list(integrate(modes, scene, speeds_hz, *arguments))
-        step = pieces[0].time[1] - pieces[0].time[0]
-        spans.append((pieces[-1].time[-1] - pieces[0].time[0] + step) * speeds_hz)
-        return pieces
-
-    monkeypatch.setattr(history, "integrate", watched)
-    cfg = config.Config.from_yaml(TINY).replace({"speeds.to_hz": 36.0, "speeds.step_hz": 2})
-    problem = energy.Chosen(build_problem(cfg), np.zeros((1, 12)))
-    list(energy.STUDY.compute(cfg, problem, 0, lambda: None))
-    assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
 
 
 def test_a_source_may_have_keys_of_other_studies():

@@ -74,7 +74,7 @@ def test_one_blade_is_mistuned_in_its_frequency_alone(blade):
 
 
 def test_what_one_blade_cannot_have_is_refused(blade):
-    assert "disk.n_blades: 1 needs disk.model" in refusal(Config.from_yaml, "disk: {n_blades: 1}")
+    assert "n_blades: 1 goes with disk.model" in refusal(Config.from_yaml, "disk: {n_blades: 1}")
     patterns = read("study: patterns\n" + BRIEF)
     assert "it has one blade, and patterns are of several" in refusal(run_of(patterns).checked)
     text = BRIEF.replace("half_range_percent: [4], samples: 2, ", "%s, ")

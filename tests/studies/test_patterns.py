@@ -9,7 +9,7 @@ import pytest
 from hpcrub import plot
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.verdict import block
+from hpcrub.results.verdict import Verdict
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, compare, neighbours
@@ -96,7 +96,7 @@ def test_disks_in_contact_that_are_lost_or_move_too_far_are_told(found):
         seen = np.flatnonzero(np.isfinite(size).all(axis=1))
         size[seen[0]], size[seen[1]] = np.nan, 0.2  # m: tips of half a metre radius
         file.write({"contact_amplitude_m": size}, ())
-        lines = block(PATTERNS.findings(file))
+        lines = Verdict.of(PATTERNS.findings(file)).lines
     assert "2 of 6 disks have no result" in lines[0]
     assert "outside small displacements, 200 mm" in lines[0]
 

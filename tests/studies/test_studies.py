@@ -20,7 +20,7 @@ from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.steady import localisation
-from hpcrub.response.sweep import Motion, SweepResult, run_sweep
+from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import STUDIES, branches, open_result, time_response
 from tests.plot.stored import File
@@ -177,7 +177,7 @@ def test_a_map_judges_a_point_as_a_sweep_does(tiny_config, rule):
     followed = history.Follower(modes, scene, speed, 0.8)
     for piece in history.integrate(modes, scene, [speed], 0.8):
         followed.take(piece, 0)
-    found = followed.found
+    found = followed.verdict
     assert found.status == sweep.point_status[0]
     assert followed.time == pytest.approx(sweep.time[0], abs=0.1)
     assert found.amplitude == pytest.approx(sweep.amplitude[0], rel=2e-3)
@@ -269,8 +269,12 @@ def test_branches(folder, monkeypatch):
     modes = mistuned_modes(problem.reduced, file.read("deviation"))
     rest = run_sweep(modes, problem.scene, file.config.speeds.values_hz)
     np.testing.assert_array_equal(amplitude[0], rest.amplitude)
-    assert amplitude[1, 0] == rest.amplitude[0]  # both chains begin at rest
-    assert amplitude[2, -1] == rest.amplitude[-1]
+    for chain, order in ((1, [0, 1, 2]), (2, [2, 1, 0])):  # upwards and downwards, from rest
+        motion = Motion.at_rest(1, len(modes.omega))
+        for s in order:
+            speed = file.config.speeds.values_hz[s : s + 1]
+            found = run_sweep(modes, problem.scene, speed, motion=motion)
+            assert amplitude[chain, s] == found.amplitude[0]
     windows, local = file.read("window_amplitude_m"), file.read("window_localisation")
     mean = windows.mean(axis=-1)
     assert windows.shape == local.shape == (4, 3, 12)
@@ -305,34 +309,3 @@ def test_initial_states_share_no_random_number():
     drawn += [stiffness_deviation(seed, 1 + level, 0, 12, 1.0) for seed, level in places]
     shapes = np.divide(drawn, np.array(drawn)[:, :1])[:, 1:]  # whatever their sizes
     assert len(np.unique(shapes)) == shapes.size
-
-
-@pytest.mark.parametrize("downwards", [False, True])
-def test_every_speed_follows_the_one_before(monkeypatch, downwards):
-    """From where that has ended; beside a diverged one, from the motion that was given."""
-    begun = {}
-
-    def fake(modes, scene, speeds_hz, poll, selection, motion):
-        (i,) = selection
-        begun[i] = [float(np.ravel(values[i])[0]) for values in motion]
-        for number, values in enumerate(motion):
-            values[i] = 10 * (i + 1) + number
-        result = SweepResult.empty(len(speeds_hz))
-        result.point_status[i] = DIVERGED if i == 2 else STEADY
-        result.amplitude[i] = speeds_hz[i]
-        return result
-
-    monkeypatch.setattr(branches, "run_sweep", fake)
-    first = [-1.0, -2.0, -3.0, -4.0]
-    given = Motion(*(np.full((5, 3), value) for value in first))
-    speeds = np.linspace(30.0, 34.0, 5)
-    result = branches.follow(None, None, speeds, given, downwards, None)
-    order, step = ([4, 3, 2, 1, 0], 1) if downwards else ([0, 1, 2, 3, 4], -1)
-    assert list(begun) == order
-    for i in order:
-        expected = [10 * (i + step + 1) + n for n in range(4)]
-        if i == order[0] or i + step == 2:
-            expected = first
-        assert begun[i] == expected
-    np.testing.assert_array_equal(result.amplitude, speeds)
-    np.testing.assert_array_equal(result.point_status == DIVERGED, np.arange(5) == 2)

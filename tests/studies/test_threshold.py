@@ -10,12 +10,12 @@ import pytest
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.ranks.progress import duration
+from hpcrub.results.verdict import USELESS
 from hpcrub.runs import cost
-from hpcrub.runs.verdict import USELESS
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.studies import open_result
+from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
-from hpcrub.studies.threshold import exceeds
 from tests.program import TINY, contents, datasets, load, run_here
 from tests.studies.common import (
     assert_two_ranks_give,
@@ -134,10 +134,10 @@ def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
     with open_result(folder / "lost.h5", mode="r+") as file:
         n = file.read("n_disks")
         file.write({"peak_amplitude_m": np.full(n[0], np.nan)}, (0, slice(n[0])))
-        assert exceeds(file)[0, : n[0]].all()
+        assert beyond(file)[0, : n[0]].all()
         (lost,) = (f for f in THRESHOLD.findings(file) if "no result" in f.why)
     assert lost.why == f"{n[0]} of {n.sum()} disks have no result"
-    assert lost.weight == USELESS
+    assert lost.severity == USELESS
 
 
 @pytest.mark.parametrize("override", REFUSED)

@@ -1,26 +1,26 @@
 """Results of one disk in a contact study, and the tuned disk as reference of all others."""
 
-from functools import lru_cache, partial
+from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, NO_POINT, NOT_STEADY, STEADY
+from hpcrub.effects.effect import largest
 from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import Scene
-from hpcrub.response.sweep import SweepResult, run_sweep
+from hpcrub.response.sweep import SweepResult
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.study import Poll
 from hpcrub.setup.disks import modes_of, run_deviation
-from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import layout
-from hpcrub.studies.shared import casing_motion, worn
 
 DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
 AIM = 1.0 / 3.0  # of max_error: error of an average of the tuned disk, which all others share
@@ -46,14 +46,7 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     NaN when all points diverged. On a coating the amplitude at any time counts, because a motion
     that has worn itself free does not say what a blade had to bear.
     """
-    return _largest(amplitudes(result), speeds_hz)
-
-
-def _largest(values, speeds_hz):
-    if not np.isfinite(values).any():
-        return np.nan, np.nan
-    best = np.nanargmax(values)
-    return float(values[best]), float(speeds_hz[best])
+    return largest(amplitudes(result), speeds_hz)
 
 
 def amplitudes(result: SweepResult) -> np.ndarray:
@@ -63,32 +56,9 @@ def amplitudes(result: SweepResult) -> np.ndarray:
     return np.where(usable, amplitude, np.nan)
 
 
-def peak_stress(result: SweepResult) -> float:
-    """Largest stress of a frequency response [Pa]; NaN where none is known."""
-    return _largest(result.stress, result.stress)[0]
-
-
 def peak_status(result: SweepResult, speeds_hz: np.ndarray) -> int:
     """Status of the point of the largest amplitude; NO_POINT where there is none."""
     return int(result.point_status[speeds_hz == peak(result, speeds_hz)[1]].max(initial=NO_POINT))
-
-
-def peaks_of(config: Config, blades: np.ndarray, poll: Poll) -> tuple[float, float, int]:
-    """Largest amplitude [m] and stress [Pa] of one disk in contact, NaN where there is none.
-
-    Also returns the status of the point of the largest amplitude.
-    blades: stiffness deviations (N,) [-]. Raises InputError as `build_problem`.
-    """
-    problem = _problem_of(config.to_yaml())
-    speeds = config.speeds.values_hz
-    result = run_sweep(modes_of(config, problem, blades), problem.scene, speeds, poll)
-    return peak(result, speeds)[0], peak_stress(result), peak_status(result, speeds)
-
-
-@lru_cache(maxsize=4)
-def _problem_of(text):
-    """Problem of an input, kept for further disks of the input."""
-    return build_problem(Config.from_yaml(text))
 
 
 def linear_amplitude(config: Config, problem: Problem, modes: Modes, blades: np.ndarray) -> float:
@@ -117,24 +87,23 @@ class Integrated(NamedTuple):
         return sum(sweep.n_steps for sweep in (self.result, self.half_step) if sweep)
 
 
-def values_of(found: Integrated, speeds_hz: np.ndarray) -> dict[str, Any]:
+def values_of(config: Config, found: Integrated) -> dict[str, Any]:
     """Results of one disk by their names in the result file: at every speed, and largest ones.
 
     found: of all speeds, and not failed. Effects of half the time step are there where it was
     checked.
     """
-    result, half_step = found.result, found.half_step
+    result, speeds_hz = found.result, config.speeds.values_hz
     assert result is not None  # it has not failed
-    values = dict(zip(layout.POINT, result, strict=False)) | worn.values(result.wear)
-    values |= dict(zip(casing_motion.NUMBERS, result.casing, strict=True))
+    values: dict[str, Any] = result.by_name()
     values["peak_amplitude_m"], values["peak_speed_hz"] = peak(result, speeds_hz)
-    values["peak_stress_pa"] = peak_stress(result)
-    values["deepest_m"], values["deepest_speed_hz"] = _largest(result.wear.depth, speeds_hz)
-    if half_step is not None:
-        whole, half = amplitudes(result), amplitudes(half_step)
+    for effect in effects.of(config):
+        values |= effect.of_disk(result, speeds_hz)
+    if found.half_step is not None:
+        whole, half = amplitudes(result), amplitudes(found.half_step)
         known = np.isfinite(whole) & np.isfinite(half)
         differs = np.abs(half - whole)[known] > DIFFERENT * np.maximum(half, whole)[known]
-        values["half_step_peak_m"] = peak(half_step, speeds_hz)[0]
+        values["half_step_peak_m"] = peak(found.half_step, speeds_hz)[0]
         values["half_step_differs"] = float(differs.mean()) if known.any() else np.nan
     return values
 
@@ -173,10 +142,10 @@ def _joined(parts):
     """Join {p: SweepResult} of n parts to one; None where the parts are None."""
     if parts[0] is None:
         return None
-    whole = SweepResult.empty(*parts[0].wear.around.shape[:2])
+    whole = SweepResult.empty(*parts[0].wear.around.shape[:2], parts[0].observed)
     for first, part in parts.items():
         whole.take(slice(first, None, len(parts)), part)
-    return whole._replace(n_steps=sum(part.n_steps for part in parts.values()))
+    return replace(whole, n_steps=sum(part.n_steps for part in parts.values()))
 
 
 def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
@@ -200,21 +169,16 @@ def write_tuned(
     """Write the results of the tuned disk; found: all its runs (`tuned_run`)."""
     alike, n = np.zeros(config.disk.n_blades), config.mistuning.tuned_runs
     modes = mistuned_modes(problem.reduced, alike)
-    every = [values_of(run, config.speeds.values_hz) for run in found]
+    every = [values_of(config, run) for run in found]
     runs, values = every[:n], dict(every[0])
     for equal in every[n:]:
         values["symmetric_amplitude_m"] = equal["amplitude_m"]
         values["symmetric_peak_m"] = equal["peak_amplitude_m"]
-    if config.casing.vibrates:
-        growths = casing_motion.permanent_growth(config, modes, config.speeds.values_hz)
-        values["permanent_growth_per_s"] = growths[0]
+    for effect in effects.of(config):
+        values |= effect.of_tuned(config, modes, runs)
     values["frequencies_hz"] = modes.omega / (2.0 * np.pi)
-    for name, of_run in (
-        ("run_peaks_m", "peak_amplitude_m"),
-        ("run_deepest_m", "deepest_m"),
-        ("run_amplitude_m", "amplitude_m"),
-    ):
-        values[name] = np.array([run[of_run] for run in runs])
+    values["run_peaks_m"] = np.array([run["peak_amplitude_m"] for run in runs])
+    values["run_amplitude_m"] = np.array([run["amplitude_m"] for run in runs])
     known = finite(values["run_peaks_m"])
     values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
     values["linear_amplitude_m"] = linear_amplitude(config, problem, modes, alike)

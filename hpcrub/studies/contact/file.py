@@ -1,11 +1,11 @@
 """Reading and writing samples, the tuned disk and statistics in the file of a contact study."""
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import Verdict
 from hpcrub.studies.contact.layout import MOST_LINES, Kind, layout
 
 
@@ -51,15 +51,18 @@ def write_statistics(file: ResultFile, kind: Kind, level: int, running: Any) -> 
         file.write({dataset: padded}, (level,))
 
 
-def write_trust(file: ResultFile, lines: Iterable[str]) -> None:
-    """Write the first MOST_LINES lines of the trust block; one rank."""
+def write_verdict(file: ResultFile, verdict: Verdict) -> None:
+    """Write a verdict and its advice, with their severities; one rank."""
     texts = np.zeros(MOST_LINES, dtype=file.dtype("trust"))
-    for place, text in zip(range(MOST_LINES), lines, strict=False):
+    severities = np.zeros(MOST_LINES, dtype=np.uint8)
+    for place, text in enumerate(verdict.lines):
         texts[place] = text.encode()[: texts.itemsize]
-    file.write({"trust": texts}, ())
+    of_lines = [verdict.severity, *(finding.severity for finding in verdict.advice)]
+    severities[: len(of_lines)] = of_lines
+    file.write({"trust": texts, "trust_severity": severities}, ())
 
 
-def read_trust(file: ResultFile) -> list[str]:
-    """Lines of the trust block; an empty list where the file has none."""
-    texts = file.read("trust") if "trust" in file else []
-    return [text.decode(errors="ignore") for text in texts if text]
+def read_verdict(file: ResultFile) -> Verdict | None:
+    """Read the verdict without its advice; None where the study has not come to one."""
+    words = file.read("trust", 0).decode(errors="ignore")
+    return Verdict(int(file.read("trust_severity", 0)), words) if words else None

@@ -1,18 +1,16 @@
-"""Lines about limits: largest amplitude, probabilities of exceeding limits, worn depths."""
+"""Lines about limits: largest amplitude, and probabilities of exceeding limits."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.config.text import counted
-from hpcrub.model.coating import Coating
+from hpcrub.config.text import counted, percent
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
+from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.studies.contact.survey import Survey, finished, n_failed
 
 CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
-REACHED = 1.0 - 1e-9  # share of a coating's depth that counts as worn through: rounding
 
 
 def severity(config: Config, amplitude: np.ndarray, stress: np.ndarray) -> np.ndarray:
@@ -123,70 +121,3 @@ def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
                 f"±{100 * half_range:.3g} %: {above} of {n} disks exceed {words}{or_lost}, a "
                 f"probability of {percent(low)} to {percent(high)} % (95 % interval){caveat}"
             )
-
-
-def depth_lines(file: ResultFile) -> Iterator[str]:
-    """Worn depths of the tuned disk and of every level's worst disk; nothing without a coating."""
-    if "tuned/run_deepest_m" not in file:
-        return
-    runs = finite(file.read("tuned/run_deepest_m"))
-    yield from _tuned_depth_line(runs, depth_of_all(file.config))
-    for level, half_range in enumerate(file.read("half_range")):
-        depth = finished(file, level, "deepest_m")
-        if not len(depth):
-            continue
-        if file.config.pattern_deviation is not None:
-            is_through = depth[0] >= REACHED * depth_of_all(file.config)
-            deep = "through the coating" if is_through else _deep(depth[0], runs)
-            yield f"the disk of the pattern cuts {deep}"
-            continue
-        yield f"±{100 * half_range:.3g} %: {_depth_line(depth, runs, depth_of_all(file.config))}"
-
-
-def _tuned_depth_line(runs, all_of_it):
-    """Worn depths of the runs of the tuned disk, or how many of them cut through."""
-    held = 1e3 * runs[runs < REACHED * all_of_it]
-    if len(held) < len(runs):
-        rest = f"; the others cut {held.min():.3g} to {held.max():.3g} mm deep" if len(held) else ""
-        yield (
-            f"{len(runs) - len(held)} of {len(runs)} runs of the tuned disk cut through the "
-            f"coating, {1e3 * all_of_it:.3g} mm{rest}"
-        )
-    elif len(runs):
-        yield (
-            f"the tuned disk cuts {np.median(held):.3g} mm deep ({held.min():.3g} to "
-            f"{held.max():.3g} mm in {len(held)} runs of it)"
-        )
-
-
-def _depth_line(depth, runs, all_of_it):
-    """Share of disks that cut through, or the depth of the worst disk where none does."""
-    through = int(np.count_nonzero(depth >= REACHED * all_of_it))
-    low, high = map(percent, probability_interval(through, len(depth), Z_95))
-    if through:
-        return (
-            f"{through} of {len(depth)} disks cut through the coating, a share of {low} to {high} "
-            "% (95 % interval)"
-        )
-    return (
-        f"the worst of {len(depth)} disks cuts {_deep(depth.max(), runs)}; another disk cuts "
-        f"deeper with a probability below {high} % (95 % confidence)"
-    )
-
-
-def _deep(depth, runs):
-    """A depth in words, beside the median of the runs of the tuned disk."""
-    ratio = depth / np.median(runs) if len(runs) and np.median(runs) > 0.0 else np.inf
-    times = f", {ratio:.2f} times the tuned one" if np.isfinite(ratio) else ""
-    return f"{1e3 * depth:.3g} mm deep{times}"
-
-
-def depth_of_all(config: Config) -> float:
-    """Depth at which a coating is worn through [m]."""
-    c = config.contact.coating
-    return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area=0.0).worn_through
-
-
-def percent(share: float) -> str:
-    """A share in per cent with two digits, without an exponent."""
-    return f"{100 * share:.0f}" if share >= 0.1 else f"{100 * share:.2g}"

@@ -11,10 +11,11 @@ from hpcrub.ranks import progress
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, widened
+from hpcrub.studies.contact.layout import STEADY, amplitude
 from hpcrub.studies.contact.survey import shared_uncertainty
 
 NAMES = "amplification", "linear_amplification", "peak_amplitude_m", "peak_speed_hz"
-MOST = 24  # most measured disks with a line each; for more disks there are percentiles
+MOST_DISKS = 24  # most measured disks with a line each; for more disks there are percentiles
 
 
 class Disk(NamedTuple):
@@ -34,7 +35,7 @@ class Disk(NamedTuple):
 def are_few(file: ResultFile) -> bool:
     """Whether the samples of a file are so few measured disks that each has its own line."""
     config = file.config
-    return config.mistuning.pattern_file is not None and len(config.samples) <= MOST
+    return config.mistuning.pattern_file is not None and len(config.samples) <= MOST_DISKS
 
 
 def disks(file: ResultFile) -> Iterator[Disk]:
@@ -45,7 +46,7 @@ def disks(file: ResultFile) -> Iterator[Disk]:
         value, linear, peak, speed = (float(file.read(f"samples/{n}", where)) for n in NAMES)
         states = file.read("samples/point_status", where)
         best = int(np.argmin(np.abs(file.read("speeds_hz") - speed)))
-        known = states[best] == AVERAGED and not file.config.contact.wears
+        known = states[best] == AVERAGED and amplitude(file.config) == STEADY
         error = float(file.read("samples/amplitude_error_m", where)[best]) if known else 0.0
         middle, reach = np.array(value), Z_95 * error / peak * value
         interval = np.array(widened(middle, middle - reach, middle + reach, shared))

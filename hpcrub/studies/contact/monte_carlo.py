@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub import effects
 from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, Interrupted
 from hpcrub.ranks.parallel import PAUSE
@@ -22,9 +23,8 @@ from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.runs.study import Job
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics import percentiles
-from hpcrub.studies.contact import amplification as disk
+from hpcrub.studies.contact import amplification, findings
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.layout import kinds
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
 
@@ -51,9 +51,12 @@ class MonteCarlo(Job):
         self.speeds_hz = config.speeds.values_hz
         self.reference: Any = None  # Reference, once known to this rank
         # Integrated of every part of the runs of the tuned disk (rank 0)
-        self.runs: list[dict[int, Any]] = [{} for _ in range(disk.n_runs(config))]
+        self.runs: list[dict[int, Any]] = [{} for _ in range(amplification.n_runs(config))]
         self.looked_at = 0  # samples finished on all levels when convergence was checked last
         self.kinds = kinds(config)
+        self.observers: dict[str, Any] = {}  # of the effects
+        for effect in effects.of(config):
+            self.observers |= effect.observers(config)
         self.numbers: Any = None  # of the samples (kinds, V, n), on rank 0
         self.tasks: Any = ()  # on rank 0
         self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # of samples that are cut (rank 0)
@@ -70,7 +73,7 @@ class MonteCarlo(Job):
         self.phase("samples" if self.reference else "tuned disk")
         try:
             self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)
-            self.team.on_root(lambda: disk.check_reference(self.reference, self.file))
+            self.team.on_root(lambda: amplification.check_reference(self.reference, self.file))
         except Interrupted:
             self.team.on_root(self._write_statistics)
             raise
@@ -107,7 +110,7 @@ class MonteCarlo(Job):
         Returns the Reference, None if it is missing, and the number of tasks.
         """
         self.status = self.file.status
-        self.reference = disk.reference_of(self.file, self.prepared)
+        self.reference = amplification.reference_of(self.file, self.prepared)
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
         n_pending = np.count_nonzero(self.status == PENDING)
@@ -139,7 +142,7 @@ class MonteCarlo(Job):
         A sample without a usable reference is not written, and None is returned.
         """
         if isinstance(task, TunedPart):
-            modes, scene = disk.tuned_run(self.config, self.prepared, task.run)
+            modes, scene = amplification.tuned_run(self.config, self.prepared, task.run)
             return self._integrate(modes, scene, task, poll, is_checked=task.run == 0)
         blades, modes = deviation(self.config, task.level, task.sample), None
         response = task.response
@@ -152,7 +155,7 @@ class MonteCarlo(Job):
                 modes, self.prepared.scene, task, poll, is_checked
             )
         except BAD_NUMBERS as error:
-            response = disk.Integrated(None, 0.0, _words(error))
+            response = amplification.Integrated(None, 0.0, _words(error))
         if task.n_parts > 1:
             return response
         while self.reference is None:
@@ -163,11 +166,12 @@ class MonteCarlo(Job):
     def _integrate(self, modes, scene, task, poll, is_checked):
         start, half = time.perf_counter(), None
         part = range(task.part, len(self.speeds_hz), task.n_parts)
-        result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
+        how = {"selection": part, "observers": self.observers}
+        result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, **how)
         if is_checked and self.config.mistuning.checked_samples:
             finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
-            half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, selection=part)
-        return disk.Integrated(result, time.perf_counter() - start, half_step=half)
+            half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, **how)
+        return amplification.Integrated(result, time.perf_counter() - start, half_step=half)
 
     def _finish(self, task, blades, modes, response):
         """Write a sample that has been integrated; returns its Outcome."""
@@ -175,7 +179,7 @@ class MonteCarlo(Job):
         values, message = {"deviation": blades, "status": FAILED}, response.message
         try:
             if response.result:
-                values |= disk.values_of(response, self.speeds_hz)
+                values |= amplification.values_of(self.config, response)
                 values |= self._amplifications(modes, blades, values["peak_amplitude_m"])
                 message = "" if values["status"] == DONE else "all its points diverged"
         except BAD_NUMBERS as error:
@@ -189,7 +193,7 @@ class MonteCarlo(Job):
 
     def _amplifications(self, modes, blades, amplitude):
         """Amplifications of one sample, and its status."""
-        linear = disk.linear_amplitude(self.config, self.prepared, modes, blades)
+        linear = amplification.linear_amplitude(self.config, self.prepared, modes, blades)
         stable = np.isfinite(linear) and np.isfinite(self.reference.linear)  # else in flutter
         return {
             "amplification": amplitude / self.reference.contact,
@@ -225,9 +229,9 @@ class MonteCarlo(Job):
         n_all = len(self.runs) * len(self.speeds_hz)
         self.progress.part("speeds of the tuned disk", n_done, n_all)
         if all(len(parts) == task.n_parts for parts in self.runs):
-            wholes = [disk.join(parts) for parts in self.runs]
-            disk.write_tuned(self.config, self.prepared, self.file, wholes)
-            self.reference = disk.reference_of(self.file, self.prepared)
+            wholes = [amplification.join(parts) for parts in self.runs]
+            amplification.write_tuned(self.config, self.prepared, self.file, wholes)
+            self.reference = amplification.reference_of(self.file, self.prepared)
             self.team.share(self.reference)
             self.phase("samples")
             self.progress.start(self.status)
@@ -239,7 +243,7 @@ class MonteCarlo(Job):
         parts[task.part] = response
         if len(parts) == task.n_parts:
             del self.parts[task.level, task.sample]
-            whole = task._replace(part=0, n_parts=1, response=disk.join(parts))
+            whole = task._replace(part=0, n_parts=1, response=amplification.join(parts))
             self.tasks.urgent.appendleft(whole)
 
     # statistics
@@ -289,7 +293,7 @@ class MonteCarlo(Job):
             for level, running in enumerate(self._running(numbers, n)):
                 contact_file.write_statistics(self.file, kind, level, running)
         if self.reference and self.reference.usable:
-            contact_file.write_trust(self.file, trust.lines(self.file))
+            contact_file.write_verdict(self.file, findings.verdict(self.file))
 
 
 def _words(error):

@@ -9,17 +9,16 @@ import numpy as np
 from hpcrub.config import study_keys
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
-from hpcrub.results.layout import DONE, PENDING
+from hpcrub.results.layout import DONE, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Run, Study
-from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
-from hpcrub.studies.contact import layout, summary, trust
+from hpcrub.studies.contact import findings, layout, summary
 from hpcrub.studies.contact.amplification import n_runs
-from hpcrub.studies.contact.file import read_trust
+from hpcrub.studies.contact.file import read_verdict
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 from hpcrub.studies.contact.survey import n_counted
 
@@ -47,9 +46,13 @@ class Contact(Study):
     unit = "samples"
     integrates = True
     job = MonteCarlo
-    layout = staticmethod(layout.layout)
-    verdict = staticmethod(trust.lines)
-    print_results = staticmethod(summary.print_results)
+    of_tasks = False
+    verdict = staticmethod(findings.verdict)
+    answer = staticmethod(summary.answer)
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets of the result file."""
+        return tuple(layout.layout(config))
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
@@ -110,11 +113,11 @@ class Contact(Study):
         text += f", mistuned {' / '.join(f'{peak:.2f}' for peak in peaks)} mm"
         if len(at) > 1:
             text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
-        lines = read_trust(file)
-        if is_usable(lines):
+        verdict = read_verdict(file)
+        if verdict and verdict.usable:
             ratios = np.percentile(file.read("samples/amplification", where)[done], at)
             text += f", A_nl {' / '.join(f'{ratio:.3f}' for ratio in ratios)}"
-        yield f"{text}; {lines[0]}" if lines else text
+        yield f"{text}; {verdict.words}" if verdict else text
 
 
 STUDY = Contact()

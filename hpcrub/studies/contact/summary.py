@@ -5,49 +5,50 @@ from collections.abc import Iterator
 import numpy as np
 from rich.table import Table
 
+from hpcrub import effects
 from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
+from hpcrub.effects.effect import Spread
 from hpcrub.ranks import progress
-from hpcrub.ranks.progress import WIDTH, console, print_line
+from hpcrub.ranks.progress import WIDTH, console
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
 from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
-from hpcrub.studies.contact import limits, measured, survey, trust
-from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, amplitude
-from hpcrub.studies.shared import casing_motion
+from hpcrub.studies.contact import limits, measured, survey
+from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, LINEAR, amplitude
+
+AMPLIFICATIONS = Spread(
+    "Amplifications",
+    {"A_nl": AMPLIFICATION.of, "A_lin": LINEAR.of},
+    form=".3f",
+)
 
 
-def print_results(file: ResultFile) -> None:
-    """Print the verdict, tables and lines about the finished samples; there must be some."""
-    out, counts = console(), survey.survey(file)
-    lines = trust.lines(file, counts)
-    for line in verdict.in_words(lines):
-        print_line(line)
+def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
+    """Tables and lines about the finished samples, of which there must be some.
+
+    usable: whether the verdict calls percentiles usable; width: of the tables, in letters.
+    """
+    counts = survey.survey(file)
     if file.config.pattern_deviation is not None:
-        out.print(pattern_table(file))
+        yield pattern_table(file)
     elif measured.are_few(file):
-        out.print(measured.table(file))
+        yield measured.table(file)
     else:
-        table = level_table(file, counts)
-        fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= out.width
-        out.print(table if fits else level_table(file, counts, narrow=True))
+        out, table = console(), level_table(file, counts)
+        fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= width
+        yield table if fits else level_table(file, counts, narrow=True)
         if len(file.config.samples) > 1:
-            out.print(interval_table(file))
-            if "samples/deepest_m" in file:
-                out.print(interval_table(file, of_coating=True))
-            if file.config.observes_stress:
-                out.print(stress_table(file))
-    print_line(tuned_line(file))
-    for line in (
-        *limits.largest_line(file, counts),
-        *limits.engines_lines(file, verdict.is_usable(lines)),
-        *limits.depth_lines(file),
-        *casing_motion.lines(file, survey.n_counted(file)),
-        *limits.limit_lines(file, verdict.is_usable(lines)),
-        *point_lines(counts),
-    ):
-        print_line(line)
+            yield interval_table(file, AMPLIFICATIONS)
+            for effect in effects.of(file.config):
+                yield from (interval_table(file, spread) for spread in effect.spreads)
+    yield tuned_line(file)
+    yield from limits.largest_line(file, counts)
+    yield from limits.engines_lines(file, usable)
+    results = survey.for_effects(file)
+    yield from (line for effect in effects.of(file.config) for line in effect.lines(results))
+    yield from limits.limit_lines(file, usable)
+    yield from point_lines(counts)
 
 
 def tuned_line(file: ResultFile) -> str:
@@ -103,44 +104,23 @@ def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) ->
     return table
 
 
-def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
-    """One row per level and percentile: amplifications with their confidence intervals.
-
-    of_coating: largest amplitudes and worn depths instead.
-    """
-    title = f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)"
-    names = {"A_nl": "amplification", "A_lin": "linear_amplification"}
-    form, factor = ".3f", 1.0
-    if of_coating:
-        title = "Coating: percentiles and their intervals (95 %) [mm]"
-        names = {"amplitude": "peak_amplitude_m", "worn depth": "deepest_m"}
-        form, factor = ".4g", 1e3
+def interval_table(file: ResultFile, spread: Spread) -> Table:
+    """One row per level and percentile: quantities of disks with their confidence intervals."""
+    share = f"{100 * confidence(Z_95):.4g} %"
+    title = f"{spread.title}: percentiles and their intervals ({share})"
     at = file.config.convergence.percentiles
-    headings = (word for heading in names for word in (heading, "interval"))
-    table = progress.table(title, ("level", "percentile", *headings))
+    headings = (word for heading in spread.columns for word in (heading, "interval"))
+    unit = f" [{spread.unit}]" * bool(spread.unit)
+    table = progress.table(title + unit, ("level", "percentile", *headings))
     for level, half_range in enumerate(file.read("half_range")):
         columns = []
-        for name in names.values():
-            values = factor * survey.finished(file, level, name)
+        for name in spread.columns.values():
+            values = spread.factor * survey.finished(file, level, name)
             columns.append(with_interval(values, at, survey.shared_uncertainty(file, name)).T)
         for percentile, *found in zip(at, *columns, strict=True):
             parts = (part for value, *ends in found for part in ([value], ends))
-            cells = (interval_in_words(*part, form=form) for part in parts)
+            cells = (interval_in_words(*part, form=spread.form) for part in parts)
             table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
-    return table
-
-
-def stress_table(file: ResultFile) -> Table:
-    """One row per level: percentiles of the disks' largest stresses, with their intervals."""
-    at = file.config.convergence.percentiles
-    table = progress.table(
-        "Largest stress of a disk: percentiles and their intervals (95 %) [MPa]",
-        ("level", *(f"{p:g}" for p in at)),
-    )
-    for level, half_range in enumerate(file.read("half_range")):
-        found = with_interval(1e-6 * survey.finished(file, level, "peak_stress_pa"), at)
-        cells = (f"{x:.4g} ({interval_in_words(*ends, form='.4g')})" for x, *ends in found.T)
-        table.add_row(f"±{100 * half_range:.3g} %", *cells)
     return table
 
 

@@ -1,5 +1,6 @@
 """Counts of the points and peaks of a contact study, over all samples that count."""
 
+from functools import partial
 from itertools import product
 from typing import NamedTuple
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED
+from hpcrub.effects.effect import Results
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, finite, percentile_interval
@@ -41,7 +43,7 @@ class Survey(NamedTuple):
 
 def survey(file: ResultFile) -> Survey:
     """Count the points and peaks of a file, reading ROWS samples at a time."""
-    last, wears = file.config.speeds.n_values - 1, file.config.contact.wears
+    last, size_of = file.config.speeds.n_values - 1, layout.amplitude(file.config)
     points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps = int(file.read("tuned/max_sweeps").max())
@@ -55,7 +57,7 @@ def survey(file: ResultFile) -> Survey:
         reasons = reasons + status.count(file.read("samples/point_reason", where))
         sweeps = max(sweeps, int(file.read("samples/max_sweeps", where).max(initial=0)))
         done = file.read("samples/status", where) == DONE
-        size = np.nan_to_num(file.read(f"samples/{layout.amplitude(file.config)}", where)[done])
+        size = np.nan_to_num(file.read(f"samples/{size_of}", where)[done])
         row, best = np.arange(len(size)), size.argmax(axis=1)
         beside = np.maximum(size[row, best - 1], size[row, np.minimum(best + 1, last)])
         error = file.read("samples/amplitude_error_m", where)[done]
@@ -68,7 +70,7 @@ def survey(file: ResultFile) -> Survey:
     lowest, highest = map(int, map(np.count_nonzero, ends))
     alone = int(np.count_nonzero((best > 0) & (best < last) & (beside < ALONE * peak)))
     peaks, largest = np.bincount(state.astype(int), minlength=5)[:5], float(peak.max(initial=0.0))
-    averaged = (state == AVERAGED) & (not wears)
+    averaged = (state == AVERAGED) & (size_of == layout.STEADY)
     known = float(np.median(error[averaged] / peak[averaged])) if averaged.any() else np.nan
     n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
     latest = finite(np.concatenate(shows)).max(initial=-np.inf)
@@ -102,9 +104,18 @@ def n_failed(file: ResultFile, level: int) -> int:
 
 def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
     """Finite values of a dataset for the finished samples of a level, among those that count."""
+    return finite(_finished_rows(file, level, name))
+
+
+def _finished_rows(file, level, name):
     where = level, slice(n_counted(file))
     done = file.read("samples/status", where) == DONE
-    return finite(file.read(f"samples/{name}", where)[done])
+    return file.read(f"samples/{name}", where)[done]
+
+
+def for_effects(file: ResultFile) -> Results:
+    """Results of a file, as effects read them."""
+    return Results("contact", file.config, file.read, samples=partial(_finished_rows, file))
 
 
 def shared_uncertainty(file: ResultFile, name: str = "amplification") -> np.ndarray:

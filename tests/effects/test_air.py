@@ -64,6 +64,7 @@ def test_a_disk_that_flutters_has_no_amplification(found):
     values = found[1]
     assert (values["aero/least_damping_ratio"][1] > 0).any()
     assert np.isnan(values["amplification"]).all()
+    assert np.isnan(values["aero/largest_amplification"]).all()
 
 
 def test_flutter_of_every_level_is_in_the_verdict(found):
@@ -74,25 +75,6 @@ def test_flutter_of_every_level_is_in_the_verdict(found):
     lines = found[2]
     assert lines[0].startswith("not usable: the tuned disk flutters")
     assert ", ".join(words) in " ".join(lines)
-
-
-def test_no_disk_exceeds_the_limit_of_whitehead_and_where_a_wave_flutters_there_is_none(
-    found, tmp_path
-):
-    """Of disks that are soft, too, and whose waves move their tips by unlike amounts."""
-    assert np.isnan(found[1]["aero/largest_amplification"]).all()
-    damped = STUDY.replace("0.002}", "0.003}").replace("[1]", "[1, 4, 6]")
-    damped = damped.replace(
-        "blades: -1, damping_ratio: 0.0011", "blades: -1, damping_ratio: -0.001"
-    )
-    for half_range in (4, 15):
-        text = damped.replace("[1, 4], samples: 40", f"[{half_range}], samples: 60")
-        (tmp_path / "limit.yaml").write_text(text)
-        assert run_here("limit.yaml", "--output", "x.h5", "--overwrite", folder=tmp_path) == 0
-        values = contents(tmp_path / "x.h5")
-        most = values["amplification"][0].max(axis=1)
-        assert (most < values["aero/largest_amplification"]).all()
-        assert (most > 0.6 * values["aero/largest_amplification"]).any()
 
 
 def test_a_modal_study_has_the_waves_of_the_tuned_disk(found, tmp_path, capsys):

@@ -1,6 +1,7 @@
 """The study on one rank, in this process: what it computes, what it stores, what it refuses."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,9 +17,9 @@ from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup import disks
 from hpcrub.setup import problem as study
 from hpcrub.studies import energy, open_result
-from hpcrub.studies.contact import STUDY, amplification, survey, trust
+from hpcrub.studies.contact import STUDY, amplification, findings, survey
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact.summary import interval_table, level_table, point_lines
+from hpcrub.studies.contact.summary import AMPLIFICATIONS, interval_table, level_table, point_lines
 from tests.program import TINY, contents, datasets, error_lines, load, run_here
 
 
@@ -102,9 +103,9 @@ def test_diverged_points_have_no_peak():
     speeds = np.array([1.0, 2.0, 3.0, 4.0])
     amplitude = np.array([0.1, 9.0, 0.3, np.nan])
     result = SweepResult.empty(4)
-    result = result._replace(amplitude=amplitude, point_status=np.array([1, 3, 2, 1], np.uint8))
+    result = replace(result, amplitude=amplitude, point_status=np.array([1, 3, 2, 1], np.uint8))
     assert amplification.peak(result, speeds) == (0.3, 3.0)
-    result = result._replace(point_status=np.full(4, 3, np.uint8))
+    result = replace(result, point_status=np.full(4, 3, np.uint8))
     assert np.isnan(amplification.peak(result, speeds)).all()
 
 
@@ -121,7 +122,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
     def broken_sweep(modes, scene, speeds_hz, poll=None, **options):
         result = whole_sweep(modes, scene, speeds_hz, poll, **options)
         if how == "diverged" and np.array_equal(modes.omega, solve(REDUCED, bad).omega):
-            return result._replace(point_status=np.full(len(speeds_hz), 3, np.uint8))
+            return replace(result, point_status=np.full(len(speeds_hz), 3, np.uint8))
         return result
 
     REDUCED = study.build_problem(load(tiny)).reduced
@@ -141,8 +142,8 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
 
 def said(file):
     found = survey.survey(file)
-    tables = cells(level_table(file, found)), cells(interval_table(file))
-    return [*tables, *point_lines(found), *trust.lines(file, found), *STUDY.report(file)]
+    tables = cells(level_table(file, found)), cells(interval_table(file, AMPLIFICATIONS))
+    return [*tables, *point_lines(found), *findings.verdict(file, found).lines, *STUDY.report(file)]
 
 
 @pytest.mark.parametrize(("criterion", "n"), [("standard_error", 3), ("interval", 6)])

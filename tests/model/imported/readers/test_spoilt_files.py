@@ -13,7 +13,7 @@ from evidence.truth.hexahedra import SMALL, sector_arrays
 from hpcrub.errors import InputError
 from hpcrub.model.imported.readers import calculix, matrix_market
 from hpcrub.results import model_file
-from tests.model.imported.test_readers import command, write_matrix_market
+from tests.model.imported.readers.test_readers import command, write_matrix_market
 from tests.program import run
 
 

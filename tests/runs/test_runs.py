@@ -1,15 +1,12 @@
 """Several runs of one input: all are checked first, one that fails keeps no other."""
 
-import io
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from rich.console import Console
 
 from hpcrub import plot, studies
-from hpcrub.commands import dry_run
 from hpcrub.commands import run as cli
 from hpcrub.config import parts
 from hpcrub.config.schema import Config, differences, load_runs
@@ -175,19 +172,3 @@ def test_results_whose_names_hold_numbers_share_nothing(folder):
     assert beside[1] == {folder / f"r_0.50{end}" for end in (".part-1-of-2.h5", ".png")}
     assert runs == ["r_0.25/n_bumps=3.h5", "r_0.50/n_bumps=3.h5"]
     assert Path("r_0.25.runs.jsonl").exists()
-
-
-def test_the_table_of_runs_names_keys_with_a_value_and_cuts_no_number_in_two(tmp_path):
-    """A stiffness read "2400000" and "00.0" on two lines beside a long result."""
-    path = tmp_path / "a.yaml"
-    elastic = "{contact: {law: elastic, casing_stiffness_n_per_m: 2.4e8}, output: b.h5}"
-    path.write_text(f"{TINY}runs: [{{output: a.h5}}, {elastic}]\n")
-    runs = [studies.run_of(config) for config in load_runs(path)]
-    table = dry_run.table(runs, [InputError("peaks of 40.11 / 52.33 / 71.00 mm " * 8)] * 2)
-    rigid, _ = (str(cell) for cell in table.columns[1].cells)
-    assert "null" not in rigid
-    assert "contact.law='rigid'" in rigid
-    for width in (80, 106):
-        out = io.StringIO()
-        Console(width=width, file=out).print(table)
-        assert "contact.casing_stiffness_n_per_m=240000000.0" in out.getvalue()

@@ -11,6 +11,7 @@ import scipy.io
 import scipy.sparse as sp
 from scipy.linalg import eigh
 
+from evidence import calculix as ccx
 from evidence.truth.hexahedra import (
     DENSITY,
     POISSON,
@@ -57,7 +58,7 @@ def same_model(arrays, exact, units="m kg s"):
     return model
 
 
-def write_calculix(folder, name, matrices, dof, elements, mesh):
+def write_calculix(folder, name, matrices, dof, mesh, blade=False):
     """Files as ccx writes them: one triangle, rows counted from 1, `node.direction` by line."""
     for ending, matrix in matrices.items():
         lower = sp.coo_array(sp.tril(matrix))
@@ -65,17 +66,7 @@ def write_calculix(folder, name, matrices, dof, elements, mesh):
         text = "".join(f"{i} {j} {value:.17e}\n" for i, j, value in lines)
         (folder / f"{name}.{ending}").write_text(text)
     (folder / f"{name}.dof").write_text("".join(f"{n + 1}.{d}\n" for n, d in dof))
-    places = enumerate(mesh.nodes.tolist(), 1)
-    nodes = "".join(f"{n}, {x:.15g}, {y:.15g}, {z:.15g}\n" for n, (x, y, z) in places)
-    text = f"** a comment\n*NODE, NSET=NALL\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=EALL\n"
-    for e in elements:
-        first, second = mesh.elements[e, :5] + 1, mesh.elements[e, 5:] + 1
-        text += f"{e + 1}, {', '.join(map(str, first))},\n {', '.join(map(str, second))}\n"
-    for key in ("low", "tip", "bore"):
-        text += f"*NSET, NSET={key}\n{', '.join(map(str, mesh.sets[key] + 1))}\n"
-    high = np.sort(mesh.sets["high"]) + 1
-    text += "*NSET, NSET=HIGH, GENERATE\n" + "".join(f"{n}, {n}\n" for n in high)
-    (folder / f"{name}.inp").write_text(text)
+    ccx.write(folder / f"{name}.inp", mesh, "** no steps", blade)
 
 
 def test_calculix(tmp_path, exact):
@@ -84,11 +75,10 @@ def test_calculix(tmp_path, exact):
     order = np.random.default_rng(3).permutation(len(arrays["dof"]))
     K, M, K_blade = (matrix_of(arrays, name) for name in ("K", "M", "K_blade"))
     scaled = {"sti": K[order][:, order] / 1e3, "mas": M[order][:, order] / 1e3}  # N/mm, t
-    everything = range(len(mesh.elements))
-    write_calculix(tmp_path, "disk", scaled, arrays["dof"][order], everything, mesh)
+    write_calculix(tmp_path, "disk", scaled, arrays["dof"][order], mesh)
     own = np.flatnonzero(abs(K_blade).sum(axis=0))
     part = {"sti": K_blade[own][:, own] / 1e3, "mas": M[own][:, own]}
-    write_calculix(tmp_path, "blade", part, arrays["dof"][own], mesh.blade_elements, mesh)
+    write_calculix(tmp_path, "blade", part, arrays["dof"][own], mesh, blade=True)
     read = calculix.read(tmp_path / "disk.inp", LISTS, tmp_path / "blade.inp")
     model = same_model(read, exact, "mm t s")
     assert len(model.fixed) == len(exact.fixed)
@@ -117,7 +107,7 @@ def job(tmp_path_factory):
     mesh, arrays = sector(SMALL), sector_arrays()
     K, M = (matrix_of(arrays, name) for name in ("K", "M"))
     matrices = {"sti": K / 1e3, "mas": M / 1e3}
-    write_calculix(folder, "disk", matrices, arrays["dof"], range(len(mesh.elements)), mesh)
+    write_calculix(folder, "disk", matrices, arrays["dof"], mesh)
     free = np.setdiff1d(np.arange(len(arrays["dof"])), arrays["fixed"])
     _, vectors = eigh(K[free][:, free].toarray(), M[free][:, free].toarray())
     moved = np.zeros((80, len(arrays["dof"])))
@@ -335,7 +325,7 @@ def test_sets_of_decks(tmp_path):
     """Included files, sets of sets, numbers generated."""
     (tmp_path / "more.inp").write_text("*NSET, NSET=A, GENERATE\n1, 5, 2\n")
     (tmp_path / "d.inp").write_text(
-        "*HEADING\nwords\n*NODE\n1,0,0,0\n3,1,0,0\n5,1,1\n*INCLUDE, INPUT=more.inp\n"
+        "** a comment\n*HEADING\nwords\n*NODE\n1,0,0,0\n3,1,0,0\n5,1,1\n*INCLUDE, INPUT=more.inp\n"
         "*Nset, nset=b\nA, 5\n"
     )
     found = deck.read(tmp_path / "d.inp")

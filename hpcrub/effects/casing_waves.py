@@ -1,6 +1,7 @@
-"""Linear analysis of a casing that vibrates: datasets and report lines of the modal study."""
+"""Linear analysis of a casing that vibrates: its waves, and permanent contact of all tips."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -9,12 +10,10 @@ from hpcrub.model import crossings
 from hpcrub.model.casing_modes import CasingModes
 from hpcrub.model.crossings import MEETINGS, N_FAMILIES
 from hpcrub.model.imported import cyclic
-from hpcrub.model.reduction import ReducedModel, mistuned_modes
+from hpcrub.model.reduction import Modes, ReducedModel, mistuned_modes
+from hpcrub.response.casing_stability import growth
 from hpcrub.results.layout import Dataset
-from hpcrub.results.storage import ResultFile
-from hpcrub.runs.study import Values
 from hpcrub.setup.casing import casing_modes_of
-from hpcrub.studies.shared.casing_motion import permanent_growth
 
 REACH = 10.0  # times the highest speed of the input: interactions are stored up to there
 SHOWN = 1.5  # times the highest speed of the input: report and figures go up to there
@@ -39,9 +38,17 @@ LAYOUT = (
 )  # fmt: skip
 
 
-def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a modal study; none without a casing that vibrates."""
-    return LAYOUT if config.casing.vibrates else ()
+def permanent_growth(config: Config, modes: Modes, speeds_hz: np.ndarray) -> np.ndarray:
+    """Growth of the linear disk and casing, which vibrates, in permanent contact at speeds (S,).
+
+    modes: Modes of the tuned disk. Returns rates [1/s], waves that move most, and frequencies seen
+    from the rotor [Hz], (3, 2, S): each without friction, then with it.
+    """
+    found = [
+        [growth(modes.at(speed), config.damping, friction, speed) for speed in speeds_hz]
+        for friction in (0.0, config.contact.friction)
+    ]
+    return np.moveaxis(np.array(found), -1, 0)
 
 
 def sizes(config: Config) -> dict[str, int]:
@@ -59,23 +66,22 @@ def interactions(config: Config, reduced: ReducedModel, casing: CasingModes) -> 
     return speeds / (2.0 * np.pi)
 
 
-def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
-    """Waves, interaction speeds and growth rates; nothing if the casing does not vibrate."""
+def values(config: Config, reduced: ReducedModel) -> Iterator[tuple[str, Any]]:
+    """Yield (name, values) of waves, interaction speeds and growth rates."""
     casing = casing_modes_of(config)
-    if casing is None:
-        return
-    yield "casing/waves", (), casing.n_waves
-    yield "casing/frequencies_hz", (), casing.omega / (2.0 * np.pi)
-    yield "casing/critical_speed_hz", (), casing.critical_speeds / (2.0 * np.pi)
-    yield "casing/interaction_hz", (), interactions(config, reduced, casing)
-    yield "casing/blades_hz", (), _blades(reduced, casing, config.speeds.to_hz)
+    assert casing is not None  # it vibrates
+    yield "casing/waves", casing.n_waves
+    yield "casing/frequencies_hz", casing.omega / (2.0 * np.pi)
+    yield "casing/critical_speed_hz", casing.critical_speeds / (2.0 * np.pi)
+    yield "casing/interaction_hz", interactions(config, reduced, casing)
+    yield "casing/blades_hz", _blades(reduced, casing, config.speeds.to_hz)
     speeds = np.linspace(0.0, SHOWN * config.speeds.to_hz, N_SPEEDS + 1)[1:]
     modes = mistuned_modes(reduced._replace(casing=casing), np.zeros(config.disk.n_blades))
     rates, waves, frequencies = permanent_growth(config, modes, speeds)
-    yield "casing/speed_hz", (), speeds
-    yield "casing/growth_per_s", (), rates
-    yield "casing/growing_waves", (), waves
-    yield "casing/growing_hz", (), frequencies
+    yield "casing/speed_hz", speeds
+    yield "casing/growth_per_s", rates
+    yield "casing/growing_waves", waves
+    yield "casing/growing_hz", frequencies
 
 
 def _blades(reduced, casing, speed_hz):
@@ -117,15 +123,14 @@ def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[st
         yield f"casing: no wave is overtaken up to {critical.min():.4g} Hz"
 
 
-def report(file: ResultFile) -> Iterator[str]:
+def report(config: Config, read: Callable[[str], Any]) -> Iterator[str]:
     """Lines about the waves, and about the speed from which permanent contact is unstable."""
-    casing = casing_modes_of(file.config)
-    if casing is None:
-        return
-    yield from lines(file.config, casing, file.read("casing/interaction_hz"))
-    speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
-    waves, friction = file.read("casing/growing_waves"), file.config.contact.friction
-    moves = file.read("casing/growing_hz")
+    casing = casing_modes_of(config)
+    assert casing is not None  # it vibrates
+    yield from lines(config, casing, read("casing/interaction_hz"))
+    speeds, rates = read("casing/speed_hz"), read("casing/growth_per_s")
+    waves, friction = read("casing/growing_waves"), config.contact.friction
+    moves = read("casing/growing_hz")
     for row, words in enumerate(("without friction", f"with a friction of {friction:g}")):
         grows = np.flatnonzero(rates[row] > 0.0)
         if len(grows):

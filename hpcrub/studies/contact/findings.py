@@ -5,76 +5,58 @@ The verdict stands in the summary and in the file; its first lines stand below t
 
 import numpy as np
 
-from hpcrub.config.text import counted
+from hpcrub import effects
+from hpcrub.config.text import counted, percent
 from hpcrub.contact.status import AVERAGED, DIVERGED, GROWING, NOT_STEADY
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
-from hpcrub.runs.verdict import FEW, REMARK, SINGLE, USELESS, Finding
+from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding, Verdict
+from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import survey
-from hpcrub.studies.contact.limits import REACHED, depth_of_all, percent
 from hpcrub.studies.contact.survey import n_counted
 
 FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is worth much
 
 
-def lines(file: ResultFile, found: survey.Survey | None = None) -> list[str]:
-    """Verdict on a study, and findings with advice; found: Survey of the file, if there is one."""
-    findings = _findings(file, found or survey.survey(file))
-    return verdict.block(findings, of_many=len(file.config.samples) > 1)
+def verdict(file: ResultFile, found: survey.Survey | None = None) -> Verdict:
+    """Verdict on a study; found: Survey of the file, if there is one."""
+    every = _findings(file, found or survey.survey(file))
+    return Verdict.of(every, of_many=len(file.config.samples) > 1)
 
 
 def short(file: ResultFile) -> list[str]:
     """Lines for a figure: the verdict, and the weightiest finding."""
-    return lines(file)[:2]
+    return verdict(file).lines[:2]
 
 
 def _findings(file, counts):
     config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY]) - counts.growing
-    yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
+    yield from findings.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
     lost = sum(survey.n_failed(file, level) for level in config.levels)
     n, missing = n_counted(file), "are missing in all percentiles"
     if not (file.status != PENDING).any():
         advice = "no mistuned disk is finished; the same input with --resume goes on"
         yield Finding(USELESS, "no mistuned disk is finished", advice)
-    yield from verdict.without_result(lost, n * len(config.levels), missing)
-    yield from _worn_through(file)
-    yield from verdict.kinematics(config, counts.largest)
+    yield from findings.without_result(lost, n * len(config.levels), missing)
+    yield from findings.kinematics(config, counts.largest)
     growth = counts.growing, int(counts.reasons[GROWING]), counts.n_points, counts.shows
-    yield from verdict.growing(config, *growth)
-    yield from verdict.casing(config)
-    yield from verdict.unsettled(config, n_unsteady, counts.n_peaks, "peaks")
+    yield from findings.growing(config, *growth)
+    results = survey.for_effects(file)
+    yield from (finding for e in effects.of(config) for finding in e.findings(results))
+    yield from findings.unsettled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
-    yield from verdict.not_resolved(file.warnings)
+    yield from findings.not_resolved(file.warnings)
     yield from _half_step(file)
     yield from _errors(file, counts)
-    yield from verdict.few(config.convergence.percentiles, n)
+    yield from findings.few(config.convergence.percentiles, n)
     yield from _reference(file)
-
-
-def _worn_through(file):
-    """Disks that cut through the coating and reach the casing behind it."""
-    if "tuned/run_deepest_m" not in file:
-        return
-    samples = (survey.finished(file, level, "deepest_m") for level in file.config.levels)
-    depth = np.concatenate([file.read("tuned/run_deepest_m"), *samples])
-    n_disks = int(np.count_nonzero(np.isfinite(depth)))
-    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config)))
-    if through:
-        yield Finding(
-            USELESS if through > FEW * n_disks else SINGLE,
-            f"{through} of {n_disks} disks cut through the coating",
-            f"{through} of {n_disks} disks, runs of the tuned one included, cut through the "
-            "coating and reach the casing: read that share, not amplitudes or their percentiles; "
-            "contact.coating.thickness_mm or casing.clearance_mm decide it",
-        )
 
 
 def _speeds(file, counts):
     """Peaks at an end of the speeds, and peaks that the steps between speeds may miss."""
     n, speeds = counts.n_peaks, file.config.speeds
-    yield from verdict.at_the_ends(file.config, counts.lowest, counts.highest, n, most=FEW)
+    yield from findings.at_the_ends(file.config, counts.lowest, counts.highest, n, most=MOST_LOST)
     ends = speeds.values_hz[[0, -1]]  # the last may lie below to_hz
     if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in ends:
         yield Finding(
@@ -83,7 +65,7 @@ def _speeds(file, counts):
             "the peak of the tuned disk lies at the edge of the speeds, so that A_nl may be too "
             "high: wider speeds.from_hz, to_hz",
         )
-    if counts.alone > FEW * n:
+    if counts.alone > MOST_LOST * n:
         yield Finding(
             SINGLE,
             "a coarse grid of speeds",
@@ -105,7 +87,7 @@ def _half_step(file):
     largest = np.abs(moved).max()
     whose = f"the peaks of the tuned disk and {counted(n, 'sample')}" if n else "the tuned peak"
     yield Finding(
-        USELESS if largest > FAR_OFF else SINGLE if largest > FEW else REMARK,
+        USELESS if largest > FAR_OFF else SINGLE if largest > MOST_LOST else REMARK,
         f"half the step moves peaks by up to {percent(largest)} %",
         f"half the time step, which may also lead to another motion at the same speed, moves "
         f"{whose} by {low:+.1f} to {high:+.1f} %; where that is too much: time.step_s",
@@ -127,7 +109,7 @@ def _errors(file, counts):
     error, share = 2.0 * counts.error, counts.peaks[AVERAGED] / counts.n_peaks
     if np.isfinite(error):
         yield Finding(
-            SINGLE if error > FEW else REMARK,
+            SINGLE if error > MOST_LOST else REMARK,
             f"peaks known to ±{percent(error)} %",
             f"{100 * share:.0f} % of the peaks are means, known to "
             f"±{percent(error)} % (two standard errors of the same motion continued): "

@@ -4,43 +4,31 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 
-from hpcrub import plot, studies
+from hpcrub import effects, plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import AVERAGED, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
+from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.results.layout import DONE, FAILED
-from hpcrub.runs.verdict import (
-    MOST,
-    REMARK,
-    SINGLE,
+from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS
+from hpcrub.runs.findings import (
     TIME_KEY,
-    USELESS,
-    Finding,
-    block,
-    casing,
-    few,
-    is_usable,
-    kinematics,
-    lost,
-    not_resolved,
     of_points,
 )
 from hpcrub.statistics.percentiles import (
     percentile_interval,
     probability_interval,
     running_percentiles,
-    widened,
 )
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import limits, summary, trust
-from hpcrub.studies.contact.layout import KINDS
-from hpcrub.studies.contact.survey import shared_uncertainty, survey
+from hpcrub.studies.contact import findings, limits, summary
+from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
+from hpcrub.studies.contact.survey import for_effects, shared_uncertainty, survey
 from tests.plot.stored import PATTERN, PHYSICS, File
 from tests.program import TINY, lay_out, run_here, swept
 
+(WEAR,) = (effect for effect in effects.EFFECTS if effect.name == "wear")
 RUNS = np.array([31.0, 29.0, 30.0, 33.0, 28.0, 30.0, 31.0, 32.0, 30.0]) * 1e-3
 
 
@@ -76,10 +64,11 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
     assert found.points.sum() == 12
     assert found.error == pytest.approx(0.05)
     assert found.largest == pytest.approx(0.05)
-    verdict, *advice = trust.lines(file, found)
+    whole = findings.verdict(file, found)
+    verdict, *advice = whole.lines
     assert verdict.startswith("not usable: ")
-    assert not is_usable([verdict])
-    assert len(advice) == MOST
+    assert not whole.usable
+    assert len(advice) == MOST_ADVICE
     text = "\n".join(advice)
     for why, what in (
         ("1 of 4 peaks have not settled", "steady_state.max_time_s above 0.5"),
@@ -97,8 +86,8 @@ def test_a_tuned_peak_at_the_last_speed_is_marked_where_the_steps_do_not_reach_t
     found = SimpleNamespace(config=config, read=file.read)
     assert config.speeds.values_hz[-1] == file.read("tuned/peak_speed_hz") < config.speeds.to_hz
     edge = "tuned peak at the edge of the speeds"
-    assert edge in str(list(trust._speeds(found, counts)))
-    assert edge not in str(list(trust._speeds(file, counts)))
+    assert edge in str(list(findings._speeds(found, counts)))
+    assert edge not in str(list(findings._speeds(file, counts)))
 
 
 def test_disks_that_do_not_touch_have_no_peak_at_an_end(file):
@@ -110,31 +99,11 @@ def test_disks_that_do_not_touch_have_no_peak_at_an_end(file):
     assert list(of_points(file.config, *still, TIME_KEY)) == []
 
 
-@pytest.mark.parametrize(
-    ("study", "key"),
-    [
-        ("interaction_map", "history.duration_s above 1.2"),
-        ("time_response", "history.duration_s above 1.2"),
-        ("branches", "steady_state.max_time_s above 4"),
-    ],
-)
-def test_a_motion_that_has_not_settled_needs_more_of_the_studys_own_time(study, key):
-    keys = {"history.duration_s": 1.2, "steady_state.max_time_s": 4.0}
-    values = {
-        "amplitude_m": np.full((1, 3), 1e-3), "tangential_m": np.full((3, 1, 1), 1e-3),
-        "point_status": np.full((1, 3), NOT_STEADY), "point_reason": np.zeros((1, 3), int),
-    }  # fmt: skip
-    if study == "time_response":
-        values |= {name: values[name][0] for name in ("point_status", "point_reason")}
-    fake = SimpleNamespace(config=Config().replace(keys), read=values.get)
-    assert key in str(list(studies.STUDIES[study].findings(fake)))
-
-
 def test_tuned_runs_too_few_for_an_interval_of_their_median_are_told(file):
     for n, told in ((5, True), (6, False)):
         values = {"tuned/run_peaks_m": RUNS[:n], "tuned/reference_amplitude_m": 0.03}
         fake = type("Fake", (dict,), {"config": file.config, "read": dict.get})(values)
-        assert ("few tuned runs" in str(list(trust._reference(fake)))) == told
+        assert ("few tuned runs" in str(list(findings._reference(fake)))) == told
 
 
 def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
@@ -145,56 +114,8 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
     printed = " ".join(capfd.readouterr().out.split())
     assert "done: 3 of 4 samples" in printed
     assert "Verdict: not usable: 1 of 3 peaks" in printed
-    assert "Percentiles and their confidence intervals" in printed
+    assert "Amplifications: percentiles and their intervals" in printed
     assert "±4 %: 0 of 1 disks exceed 35 mm" in printed
-
-
-def test_what_was_not_resolved_is_no_single_number():
-    for why in ("not resolved", "steep casing"):
-        line = f"{why}: 5 time steps per bump width"
-        assert list(not_resolved(["units: rpm", line])) == [Finding(SINGLE, why, line)]
-
-
-def test_a_verdict_is_that_of_its_weightiest_finding():
-    remark, single, useless = (
-        Finding(weight, f"why {weight}", f"do {weight}") for weight in (REMARK, SINGLE, USELESS)
-    )
-    assert block([]) == ["usable"]
-    assert block([remark]) == ["usable", "do 0"]
-    of_many = "percentiles usable, single values not: why 1"
-    assert block([remark, single], of_many=True) == [of_many, "do 1", "do 0"]
-    assert block([single]) == ["usable with care: why 1", "do 1"]
-    assert block([single, useless, useless])[0] == "not usable: why 2"
-    assert len(block([remark] * 9)) == 1 + MOST
-
-
-def test_a_casing_that_vibrates_must_be_known():
-    assert not list(casing(Config()))
-    (found,) = casing(Config(casing={"ring": {"thickness_mm": 20}}))
-    assert found.advice.startswith("damping, thickness and radius of the casing can move peaks")
-
-
-@pytest.mark.parametrize(
-    ("reason", "words"),
-    [(RUNAWAY, "or change the casing: a stiffer"), (NOT_FED, "or change time.step_s first")],
-)
-def test_what_to_change_where_a_casing_runs_away(reason, words):
-    (found,) = lost(count([reason]), 1, 1)
-    assert words in found.advice
-
-
-@pytest.mark.parametrize(("millimetres", "weight"), [(5.0, None), (70.0, SINGLE), (101.0, USELESS)])
-def test_motions_outside_small_displacements_are_no_result(millimetres, weight):
-    """Tips of 500 mm radius; u^2/2R of 5 mm is 0.025 mm where the casing reaches in by 1 mm.
-
-    √(R² + u²) − R of 70 mm is 4.9 mm outwards; a straight clamped blade of the default length is
-    shorter by 0.6 u²/l, so that not even the sign of the sum is that of u²/2R.
-    """
-    found = list(kinematics(Config(), millimetres / 1e3))
-    assert [finding.weight for finding in found] == ([] if weight is None else [weight])
-    if weight == SINGLE:
-        assert "outwards by u²/2R = 4.9 mm" in found[0].advice
-        assert "shorter, by about as much; the sum is not known" in found[0].advice
 
 
 def test_half_the_step_is_said_beside_the_step(file):
@@ -209,9 +130,9 @@ def test_half_the_step_is_said_beside_the_step(file):
             own = {"peak_amplitude_m": 0.02, "half_step_peak_m": 0.02, "status": DONE}
             contact_file.write_tuned(found, tuned)
             contact_file.write_sample(found, 1, 0, own)
-            np.testing.assert_allclose(trust.half_step_moves(found), [change, 0.0], atol=1e-12)
-            (line,) = (f for f in trust._half_step(found))
-        weights.append(line.weight)
+            np.testing.assert_allclose(findings.half_step_moves(found), [change, 0.0], atol=1e-12)
+            (line,) = (f for f in findings._half_step(found))
+        weights.append(line.severity)
         low, high = sorted((100 * change, 0.0))
         assert f"1 sample by {low:+.1f} to {high:+.1f} %" in line.advice
     assert weights == [REMARK, SINGLE, USELESS]
@@ -244,8 +165,8 @@ def test_the_default_step_holds_and_one_that_does_not_is_marked(tmp_path, keys, 
     assert run_here(tmp_path / "a.yaml") == 0
     with open_result(config.output) as found:
         error = found.read("tuned/peak_amplitude_m") / truth - 1.0
-        moved = trust.half_step_moves(found)[0]
-        said = f"{contact_file.read_trust(found)[0]} {found.attributes.get('warnings', '')}"
+        moved = findings.half_step_moves(found)[0]
+        said = f"{contact_file.read_verdict(found).words} {found.attributes.get('warnings', '')}"
     assert (abs(error) < 0.01) == (abs(moved) < 0.01) == holds
     marked = "half the step moves peaks" in said or "a blade springs back from" in said
     assert marked == (not holds)
@@ -299,7 +220,7 @@ def test_the_one_disk_of_a_pattern_has_no_probability(peak, status, does):
         samples__deepest_m=np.array([[2e-3 if status == DONE else np.nan]]),
     )  # fmt: skip
     assert list(limits.limit_lines(found, usable=True)) == [f"the disk of the pattern {does}"]
-    depths = list(limits.depth_lines(found))[1:]
+    depths = list(WEAR.lines(for_effects(found)))[1:]
     cuts = "the disk of the pattern cuts 2 mm deep, 2.00 times the tuned one"
     assert depths == [cuts] * (status == DONE)
 
@@ -319,13 +240,14 @@ def test_the_table_of_a_pattern_on_a_coating_has_the_amplitudes_of_the_other_lin
 
 
 @pytest.mark.parametrize("n", [10, 40, 190])
-def test_engines_that_stay_below_the_largest_do_so_in_19_of_20_trials(file, n, monkeypatch):
+def test_engines_that_stay_below_the_largest_do_so_in_19_of_20_trials(n):
     """By trial: n disks and the engines after them, drawn alike, twenty thousand times."""
     drawn = np.random.default_rng(n).weibull(2.0, size=(20_000, n + 2 * (n // 19) + 1))
-    monkeypatch.setattr(limits, "finished", lambda file, level, name: drawn[0, :n])
+    peaks = {"samples__status": np.full((1, n), DONE), "samples__peak_amplitude_m": drawn[:1, :n]}
+    file = File(TINY, half_range=[0.04], **peaks)
     told = list(limits.engines_lines(file, usable=True))
     assert list(limits.engines_lines(file, usable=False)) == []
-    assert len(told) == (2 if n >= 19 else 0)
+    assert len(told) == (n >= 19)
     for more in (n // 19, 2 * (n // 19) + 1):
         below = drawn[:, n : n + more].max(axis=1, initial=0.0) <= drawn[:, :n].max(axis=1)
         error = 4.0 * np.sqrt(0.05 * 0.95 / len(drawn))
@@ -351,25 +273,6 @@ def test_a_stress_by_a_factor_says_on_what_it_rests(file):
     assert "which 300 MPa of the rotation leave of 2400 MPa" in first
     (line,) = limits.largest_line(scaled, survey(file))
     assert line == f"largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa {factor}"
-
-
-@pytest.mark.parametrize(("count", "n"), [(0, 20), (3, 20), (20, 20)])
-def test_an_interval_of_a_probability_leaves_the_tails_of_the_binomial(count, n):
-    """Its ends are the probabilities for which so few, or so many, are just improbable."""
-    low, high = probability_interval(count, n, 1.96)
-    if count > 0:
-        assert binom.sf(count - 1, n, low) == pytest.approx(0.025, rel=1e-3)
-    if count < n:
-        assert binom.cdf(count, n, high) == pytest.approx(0.025, rel=1e-3)
-    assert low <= count / n <= high
-
-
-def test_a_shared_uncertainty_adds_in_squares():
-    low, high = widened(np.array([2.0]), np.array([1.7]), np.array([2.4]), np.array([0.2, 0.15]))
-    assert (low[0], high[0]) == pytest.approx((1.5, 2.5))
-    alone = widened(np.array([2.0]), np.array([1.7]), np.array([np.nan]), np.array([np.nan, 0.0]))
-    assert alone[0][0] == pytest.approx(1.7)
-    assert np.isnan(alone[1][0])
 
 
 COATED = (
@@ -404,7 +307,7 @@ def test_the_largest_of_every_disk_are_those_of_its_points(coated):
     assert coated.read("tuned/run_deepest_m")[0] == coated.read("tuned/worn_depth_m").max()
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", [AMPLIFICATION, LINEAR, *WEAR.kinds], ids=lambda kind: kind.name)
 def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
     for level, values in enumerate(coated.read(f"samples/{kind.of}")):
         arguments = values, [1, 50, 99], 1, 2.81
@@ -417,7 +320,7 @@ def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
 def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated, capfd):
     tuned = coated.read("tuned/run_deepest_m")
     deepest = coated.read("samples/deepest_m").max(axis=1)
-    found = list(limits.depth_lines(coated))
+    found = list(WEAR.lines(for_effects(coated)))
     assert len(found) == 3
     for line, depth in zip(found[1:], deepest, strict=True):
         ratio = depth / np.median(tuned)
@@ -427,7 +330,7 @@ def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated, capfd):
     assert inspect.main([str(folder / "coated.h5")]) == 0
     printed = " ".join(capfd.readouterr().out.split())
     assert all(line in printed for line in found)
-    assert summary.interval_table(coated, of_coating=True).row_count == 6
+    assert summary.interval_table(coated, *WEAR.spreads).row_count == 6
 
 
 def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
@@ -435,11 +338,11 @@ def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
     depths = coated.read("samples/deepest_m")
     monkeypatch.setattr("hpcrub.model.coating.Coating.worn_through", depths[1].min())
     low, high = probability_interval(2, 2, 1.96)
-    line = list(limits.depth_lines(coated))[-1]
+    line = list(WEAR.lines(for_effects(coated)))[-1]
     assert f"2 of 2 disks cut through the coating, a share of {100 * low:.0f} to 100 %" in line
     runs = coated.read("tuned/run_deepest_m")
     through = np.count_nonzero(np.append(runs, depths) >= depths[1].min())
-    assert f"{through} of 13 disks cut through the coating" in trust.lines(coated)[0]
+    assert f"{through} of 13 disks cut through the coating" in findings.verdict(coated).words
 
 
 def test_what_is_said_is_of_the_largest_amplitude_of_any_time(coated):
@@ -447,7 +350,7 @@ def test_what_is_said_is_of_the_largest_amplitude_of_any_time(coated):
     found = survey(coated)
     assert found.largest == coated.read("samples/peak_amplitude_m").max()
     left = found.peaks[NOT_STEADY] - found.growing
-    verdict, *advice = trust.lines(coated)
+    verdict, *advice = findings.verdict(coated).lines
     assert f"{left} of 4 peaks have not settled" in verdict
     assert any(f"{left} of 4 peaks" in line and "may cut deeper" in line for line in advice)
     assert not any("means" in line for line in advice)
@@ -471,12 +374,3 @@ def test_energy_of_the_disks_that_cut(folder, monkeypatch):
     found = np.concatenate([line.get_ydata() for line in drawn.lines])
     np.testing.assert_array_equal(np.sort(found), np.sort(taken.max(axis=1)))
     assert any(line.startswith("wear takes ") for line in energy.STUDY.report(coated))
-
-
-def test_the_extremes_of_all_disks_are_known_by_no_number_of_samples():
-    """Percentiles 0 and 100 ended in an OverflowError after all samples were computed."""
-    (finding,) = few([0, 50, 100], 20)
-    assert "percentiles 0, 100 have no 95 % interval" in str(finding)
-    assert "convergence.percentiles without 0 and 100" in str(finding)
-    (finding,) = few([0, 1, 50], 20)  # 0.99**367.1 is 0.025
-    assert "mistuning.samples of 368 and more, convergence.percentiles without 0" in str(finding)

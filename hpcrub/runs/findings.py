@@ -1,54 +1,25 @@
-"""Verdicts on results: whether they are usable, why not, and what to do."""
+"""Findings against the results of any study, by which its verdict is given."""
 
 from collections.abc import Iterable, Iterator
 from operator import attrgetter
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
+from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.aero import curve_of
 from hpcrub.statistics.percentiles import Z_95, confidence
 
-REMARK, SINGLE, USELESS = range(3)  # weights of a finding
 # first words of warnings of `setup.plausibility` that a verdict repeats
 DOUBTFUL = "not resolved", "flutter without contact", "steep casing"
-MOST = 5  # most lines below a verdict
-FEW = 0.05  # share of points or peaks, or change of a peak, above which a result is useless
 FAR = 0.2  # of the tip radius: larger displacements are beyond a linear model of blades
 TIME_KEY = "steady_state.max_time_s"  # of the longest time of a motion, but for histories
 BEYOND = "count as beyond the limit"  # meaning of a disk without a result
 SMALL = 0.1  # of the casing's reach: largest radial error by small displacements
-
-
-class Finding(NamedTuple):
-    """A fact that a user of a result must know."""
-
-    weight: int  # REMARK; SINGLE: single values are unusable; USELESS: percentiles are, too
-    why: str  # reason of the verdict, in a few words
-    advice: str  # observation and remedy, in one sentence
-
-
-def block(findings: Iterable[Finding], of_many: bool = False) -> list[str]:
-    """A verdict and at most MOST lines of advice, the weightiest findings first.
-
-    of_many: whether the result has percentiles of many disks.
-    """
-    findings = sorted(findings, key=lambda finding: -finding.weight)
-    worst = max((finding.weight for finding in findings), default=REMARK)
-    reasons = ", ".join(dict.fromkeys(f.why for f in findings if f.weight == worst))
-    single = "percentiles usable, single values not" if of_many else "usable with care"
-    words = {REMARK: "usable", SINGLE: f"{single}: {reasons}", USELESS: f"not usable: {reasons}"}
-    return [words[worst], *(finding.advice for finding in findings[:MOST])]
-
-
-def in_words(lines: list[str]) -> Iterator[str]:
-    """Lines of a `block` as they are printed."""
-    yield f"Verdict: {lines[0]}."
-    yield from (f"- {advice}" for advice in lines[1:])
 
 
 def not_resolved(warnings: list[str]) -> Iterator[Finding]:
@@ -56,11 +27,6 @@ def not_resolved(warnings: list[str]) -> Iterator[Finding]:
     for line in warnings:
         if (why := line.partition(":")[0]) in DOUBTFUL:
             yield Finding(SINGLE, why, line)
-
-
-def is_usable(lines: list[str]) -> bool:
-    """Whether the lines of a `block` call the result usable, at least for percentiles."""
-    return bool(lines) and not lines[0].startswith("not usable")
 
 
 def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
@@ -87,19 +53,6 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
         )
 
 
-def casing(config: Config) -> Iterator[Finding]:
-    """Finding that a casing which vibrates must be known as well as the disk."""
-    if config.casing.vibrates:
-        is_ring = config.casing.ring.thickness_mm is not None
-        what = "damping, thickness and radius" if is_ring else "damping and frequencies"
-        yield Finding(
-            REMARK,
-            "a casing that vibrates",
-            f"{what} of the casing can move peaks by tens of per cent: study: checklist shows by "
-            f"how much (casing.{'ring' if is_ring else 'modes'})",
-        )
-
-
 def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
     """Finding about points without a result; reasons: number of points by reason of ``status``."""
     if not n_lost:
@@ -113,7 +66,7 @@ def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
     elif fatal.argmax() == status.NOT_FED:
         change = "time.step_s first, then contact.friction"
     yield Finding(
-        USELESS if n_lost > FEW * n_points else REMARK,
+        USELESS if n_lost > MOST_LOST * n_points else REMARK,
         f"{word} at {points}",
         f'{points} have no result, mostly by "{status.words(int(fatal.argmax()))}": leave these '
         f"speeds out, or change {change}",
@@ -124,8 +77,22 @@ def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
     """Finding about n_lost of n disks without a result; meaning: what the study makes of them."""
     if n_lost:
         words = f"{n_lost} of {n} disks have no result"
-        weight = USELESS if n_lost > FEW * n else REMARK
-        yield Finding(weight, words, f"{words} at any speed, and {meaning}")
+        severity = USELESS if n_lost > MOST_LOST * n else REMARK
+        yield Finding(severity, words, f"{words} at any speed, and {meaning}")
+
+
+def of_disks(
+    config: Config, sizes: np.ndarray, states: np.ndarray, meaning: str = BEYOND
+) -> Iterator[Finding]:
+    """Findings against the largest amplitudes of the disks that were computed, of any shape.
+
+    sizes [m]: not finite without a result; states: codes of ``status`` of their points; meaning:
+    of a disk without a result.
+    """
+    n_lost = int(np.count_nonzero(~np.isfinite(sizes)))
+    yield from without_result(n_lost, sizes.size, meaning)
+    yield from unsettled_peaks(config, states)
+    yield from kinematics(config, sizes[np.isfinite(sizes)])
 
 
 def unsettled(
@@ -137,10 +104,11 @@ def unsettled(
     """
     if not n_lost:
         return
-    what = "may cut deeper" if config.contact.wears else "may still grow or decay"
+    may = [effect.unsettled for effect in effects.of(config) if effect.unsettled]
+    what = " and ".join(may) or "may still grow or decay"
     why = f"{n_lost} of {n} {of} have not settled"
     advice = f"{why} within their time and {what}: {_longer(config, key)}"
-    yield Finding(USELESS if n_lost > FEW * n else SINGLE, why, advice)
+    yield Finding(USELESS if n_lost > MOST_LOST * n else SINGLE, why, advice)
 
 
 def unsettled_peaks(config: Config, states: np.ndarray) -> Iterator[Finding]:
@@ -162,7 +130,7 @@ def growing(
     until = f" after up to {latest:.2g} s" if np.isfinite(latest) else ""
     peaks = f", {n_peaks} of them peaks" if n_peaks else ""
     yield Finding(
-        USELESS if n > FEW * n_points and n_peaks else SINGLE if n_peaks else REMARK,
+        USELESS if n > MOST_LOST * n_points and n_peaks else SINGLE if n_peaks else REMARK,
         why,
         f"{why}{peaks}: a wave of the disk grows when the time is over, and the motion becomes "
         f"another one{until}: {_longer(config, key)}",
@@ -186,14 +154,16 @@ def of_points(
     - key: see `unsettled`.
     """
     n = int(np.count_nonzero(states != NO_POINT))
-    yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
-    grows = int(np.count_nonzero(reasons == status.GROWING))
-    yield from growing(config, 0, grows, n, key=key)
-    yield from unsettled(config, int(np.count_nonzero(states == NOT_STEADY)), n, "points", key)
     known = (np.nan_to_num(amplitude) > 0.0).any(axis=1)
-    if not known.any() or amplitude.shape[1] == 1:
-        return
-    yield from of_peaks(config, np.nanargmax(amplitude[known], axis=1))
+    best = np.nanargmax(amplitude[known], axis=1) if known.any() else np.zeros(0, dtype=int)
+    grows = reasons == status.GROWING
+    n_peaks = int(np.count_nonzero(grows[known, best]))
+    yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
+    yield from growing(config, n_peaks, int(np.count_nonzero(grows)), n, key=key)
+    others = int(np.count_nonzero((states == NOT_STEADY) & ~grows))
+    yield from unsettled(config, others, n, "points", key)
+    if best.size and amplitude.shape[1] > 1:
+        yield from of_peaks(config, best)
 
 
 def of_peaks(config: Config, best: np.ndarray) -> Iterator[Finding]:

@@ -1,7 +1,6 @@
 """Blades with several contact points that move in three dimensions.
 
-Truth: central differences on each mode in NumPy, with friction along the slip of the step before
-and contact forces found by trying sets of contacts; written without the kernel's increments.
+Truth: the textbook scheme of `tests.contact.test_kernel`, whose friction is along the slip.
 """
 
 import numpy as np
@@ -14,7 +13,6 @@ from hpcrub.contact.arrays import FLAW, UNSOLVED
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
-from hpcrub.model import casing
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
@@ -22,11 +20,12 @@ from hpcrub.response.revolution import Grid, rung, slowest
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
-from tests.contact.test_kernel import all_contact_sets
+from tests.contact.test_kernel import textbook
 from tests.program import whole
 
 N_BLADES, PER_BLADE, N_MODES = 3, 4, 40
 REVOLUTION, SPEED, FRICTION, XI = 1200, 30.0, 0.3, 0.01
+BOOK = {"revolution": REVOLUTION, "reach": 2e-3, "rounding": 1e-15}
 
 
 def made_up(seed=0, n_blades=N_BLADES, per_blade=PER_BLADE):
@@ -65,39 +64,10 @@ def integrate(modes, scene, speeds, n_steps, width=8):
     return found[:n_steps, : len(modes.observed), : len(speeds)], bank
 
 
-def textbook(modes, scene, speed, n_steps):
-    """Observed displacements (n_steps, O) and multipliers (n_steps, C), until a point jams."""
-    h, points = 1.0 / (speed * REVOLUTION), scene.interface
-    w, c = modes.omega * h, scene.damping_ratio * modes.omega * h
-    q, before = np.zeros((2, len(w)))
-    seen, forces = [], []
-    for step in range(1, n_steps + 1):
-        free = ((2.0 - w**2) * q - (1.0 - c) * before) / (1.0 + c)
-        turned = points.angle + 2.0 * np.pi * step / REVOLUTION
-        bump = casing.bump_height(turned, *scene.casing[:2])
-        depth = modes.normal @ free + casing.ramp(step * h, scene.ramp_time) * bump
-        depth -= scene.clearance + points.clearance
-        velocity = (q - before) / h
-        along = 2.0 * np.pi * speed * points.radius + modes.tangential @ velocity
-        across = modes.axial @ velocity
-        friction = along[:, None] * modes.tangential + across[:, None] * modes.axial
-        push = modes.normal + scene.friction * friction / np.hypot(along, across)[:, None]
-        per_force = h**2 / (1.0 + c)
-        found, W = np.zeros(len(depth)), (modes.normal * per_force) @ push.T
-        if (np.diag(W)[depth > 0.0] <= 0.0).any():
-            break
-        if depth.max() > 0.0:
-            found = all_contact_sets(W, depth, reach=2e-3, rounding=1e-15)
-        q, before = free - per_force * (push.T @ found), q
-        seen.append(modes.observed @ q)
-        forces.append(found)
-    return np.array(seen), np.array(forces)
-
-
 @pytest.mark.parametrize("seed", [0, 1])
 def test_turning_friction_on_several_points_is_the_textbook_scheme(seed):
     modes, scene = made_up(seed)
-    expected, forces = textbook(modes, scene, SPEED, 700)
+    expected, forces = textbook(modes, scene, SPEED, 700, **BOOK)
     found, bank = integrate(modes, scene, [SPEED, 1.05 * SPEED], 700)
     touching = forces > 0.0
     assert touching.sum(axis=1).max() >= 2
@@ -115,7 +85,7 @@ def test_a_blade_that_only_forces_on_others_push_in_gets_its_force(seed):
     sides = np.where(scene.interface.blade < 2, 2.0, -2.0)  # opposite blades push each other in
     shared = np.random.default_rng(100 + seed).normal(size=N_MODES)
     modes = modes._replace(normal=modes.normal + sides[:, None] * shared)
-    expected, _ = textbook(modes, scene, SPEED, 700)
+    expected, _ = textbook(modes, scene, SPEED, 700, **BOOK)
     found, _ = integrate(modes, scene, [SPEED], 700)
     assert np.abs(found[:, :, 0] - expected).max() < 1e-9 * np.abs(expected).max()
 
@@ -127,7 +97,8 @@ def test_friction_that_turns_until_a_point_jams_is_found_with_and_without_other_
     modes, scene = modes._replace(axial=lean * modes.normal), scene._replace(friction=1.0)
     speeds = np.linspace(28.0, 34.0, 8)
     _, bank = integrate(modes, scene, speeds, REVOLUTION)
-    jams = [len(textbook(modes, scene, speed, REVOLUTION)[0]) < REVOLUTION for speed in speeds]
+    ends = [len(textbook(modes, scene, speed, REVOLUTION, **BOOK)[0]) for speed in speeds]
+    jams = [end < REVOLUTION for end in ends]
     assert 0 < sum(jams) < len(speeds)
     assert (bank.state.report[FLAW] == status.JAMMING).tolist() == jams
     for speed, jammed in zip(speeds, jams, strict=True):

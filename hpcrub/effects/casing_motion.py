@@ -1,0 +1,160 @@
+"""A casing that vibrates: how far it moves, where it meets blades, how often it runs away."""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.contact.status import RUNAWAY
+from hpcrub.effects import casing_waves
+from hpcrub.effects.effect import Change, Effect, History, Load, Results, times
+from hpcrub.model.reduction import Modes
+from hpcrub.response import casing_motion
+from hpcrub.response.casing_motion import CasingMotion
+from hpcrub.results.layout import Dataset
+from hpcrub.results.verdict import REMARK, Finding
+from hpcrub.statistics.percentiles import finite
+
+PERMANENT = Dataset(
+    "tuned/permanent_growth_per_s", ("friction", "speed"), "1/s",
+    "fastest growth of the linear disk and casing with all tips in permanent contact, without "
+    "friction and with it; below 0: decays",
+)  # fmt: skip
+N_ANGLES = 120
+# angles in the frame of the casing at which its motion is kept [rad]
+ANGLES = np.arange(N_ANGLES) * (2.0 * np.pi / N_ANGLES)
+OF_TIME = (
+    Dataset(
+        "casing_radial_m", ("disk", "time", "casing_angle"), "m",
+        "outward motion of the casing at an angle of its own",
+    ),
+    Dataset("casing_angle_deg", ("casing_angle",), "degree", "angle, from tip 0 at the time zero"),
+    Dataset("casing_waves", ("disk",), "1", "waves of a casing that runs away; NaN: it does not"),
+    Dataset("casing_growth_per_s", ("disk",), "1/s", "rate at which they grow; NaN: they do not"),
+)  # fmt: skip
+
+
+def _half_damped(c):
+    if c.casing.ring.thickness_mm is not None:
+        return {"casing.ring.damping_ratio": 0.5 * c.casing.ring.damping_ratio}
+    modes = [m.model_dump() | {"damping_ratio": 0.5 * m.damping_ratio} for m in c.casing.modes]
+    return {"casing.modes": modes} if modes else {}
+
+
+def _wider_ring(c):
+    ring = c.casing.ring
+    if ring.thickness_mm is None:
+        return {}
+    at_tips = c.disk.tip_radius_mm + ring.thickness_mm / 2.0
+    return {"casing.ring.radius_mm": 1.01 * (ring.radius_mm or at_tips)}
+
+
+class VibratingCasing(Effect):
+    """A casing that vibrates."""
+
+    name = "waves"
+    needed = "a casing that vibrates (casing.ring)"
+    omitted = (
+        "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as "
+        "the disk, both ways."
+    )
+    datasets: ClassVar = {
+        "contact": (PERMANENT,),
+        "modal": casing_waves.LAYOUT,
+        "time_response": OF_TIME,
+    }
+    points = tuple(CasingMotion.declared().values())
+    changes = (
+        Change("half the casing's damping", "damping_ratio of casing.ring, casing.modes",
+               _half_damped),
+        Change("ring 10 % thicker", "casing.ring.thickness_mm", times(
+            {"casing.ring.thickness_mm": 1.1})),
+        Change("ring 1 % wider in radius", "casing.ring.radius_mm", _wider_ring),
+    )  # fmt: skip
+
+    def exists(self, config: Config) -> bool:
+        """Whether the casing has a ring or modes."""
+        return config.casing.vibrates
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Numbers of waves, families of blades, speeds and angles."""
+        return casing_waves.sizes(config) | {"casing_angle": N_ANGLES}
+
+    def of_tuned(
+        self, config: Config, modes: Modes, runs: list[dict[str, Any]]
+    ) -> dict[str, np.ndarray]:
+        """Growth in permanent contact."""
+        growths = casing_waves.permanent_growth(config, modes, config.speeds.values_hz)
+        return {"permanent_growth_per_s": growths[0]}
+
+    def of_history(self, study: str, history: History) -> Iterator[tuple[str, Any]]:
+        """Motion of the casing at angles of its own."""
+        if study == "time_response":
+            pairs, turned = history.modes.pairs, 2.0 * np.pi * history.speed_hz * history.time
+            still = casing_motion.at_rest(pairs, history.casing, turned)
+            yield "casing_radial_m", casing_motion.radial(pairs, still, ANGLES)
+
+    def of_model(self, study: str, config: Config, loads: list[Load]) -> Iterator[tuple[str, Any]]:
+        """Waves, and where they meet blades, for the modal study."""
+        if study == "modal":
+            yield from casing_waves.values(config, loads[0].reduced)
+
+    def lines(self, results: Results) -> Iterator[str]:
+        """How far the casing moves."""
+        if results.study == "modal":
+            yield from casing_waves.report(results.config, results.read)
+        elif results.study == "time_response":
+            moved = np.abs(results.read("casing_radial_m", results.disk)).max()
+            yield f"casing moves by {1e3 * moved:.3g} mm"
+        elif results.study == "contact":
+            yield from _around_tuned(results)
+            yield from _around_mistuned(results)
+
+    def findings(self, results: Results) -> Iterator[Finding]:
+        """Remark that a casing which vibrates must be known as well as the disk."""
+        if results.study != "contact":
+            return
+        is_ring = results.config.casing.ring.thickness_mm is not None
+        what = "damping, thickness and radius" if is_ring else "damping and frequencies"
+        yield Finding(
+            REMARK,
+            "a casing that vibrates",
+            f"{what} of the casing can move peaks by tens of per cent: study: checklist shows by "
+            f"how much (casing.{'ring' if is_ring else 'modes'})",
+        )
+
+
+def _around_tuned(results):
+    """Motion of the casing around the tuned disk, and the speeds at which it runs away."""
+    read, speeds = results.read, results.config.speeds.values_hz
+    moved, waves = map(read, ("tuned/casing_motion_m", "tuned/casing_waves"))
+    if np.isfinite(moved).any():
+        at = int(np.nanargmax(moved))
+        yield (
+            f"casing around the tuned disk: moves by {1e3 * moved[at]:.3g} mm at {speeds[at]:g} "
+            f"Hz, most with n = {waves[at]:.0f}"
+        )
+    away = read("tuned/point_reason") == RUNAWAY
+    if away.any():
+        growth, at = read("tuned/casing_growth_per_s"), int(np.flatnonzero(away)[0])
+        yield (
+            f"casing around the tuned disk: runs away at {np.count_nonzero(away)} of {len(speeds)} "
+            f"speeds, from {speeds[at]:g} Hz with n = {waves[at]:.0f} and {growth[at]:.3g} 1/s"
+        )
+
+
+def _around_mistuned(results):
+    """Largest motions of the casing around mistuned disks."""
+    motion = np.concatenate(results.of_levels("casing_motion_m"))
+    most = finite(np.where(np.isfinite(motion), motion, -np.inf).max(axis=-1, initial=-np.inf))
+    if not most.size:
+        return
+    low, middle, high = 1e3 * np.percentile(most, [1, 50, 99])
+    if results.config.pattern_deviation is not None:
+        yield f"casing around the mistuned disk: moves by {middle:.3g} mm at most"
+        return
+    yield (
+        f"casing around mistuned disks: moves by {low:.3g}/{middle:.3g}/{high:.3g} mm "
+        "(percentiles 1/50/99 of the largest of any speed)"
+    )

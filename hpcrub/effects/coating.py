@@ -1,0 +1,237 @@
+"""A coating on the casing that wears: its depth, volume and energy, and who cuts through."""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.config.text import percent
+from hpcrub.contact.lanes import WIDTH
+from hpcrub.effects.effect import (
+    Change,
+    Effect,
+    History,
+    Kind,
+    Results,
+    Spread,
+    largest,
+    times,
+)
+from hpcrub.model.coating import Coating
+from hpcrub.model.reduction import Modes
+from hpcrub.response.quantities import Quantity
+from hpcrub.response.revolution import Grid
+from hpcrub.response.sweep import SweepResult
+from hpcrub.response.wear import ENDED, N_ANGLES, REVOLUTIONS, Wear
+from hpcrub.results.layout import ANGLE, Dataset, datasets
+from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
+from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
+
+NUMBER = 8  # bytes
+REACHED = 1.0 - 1e-9  # share of a coating's depth that counts as worn through: rounding
+*POINTS, AROUND = Wear.declared().values()  # the last is over strip and angle, too
+DEEPEST = Quantity("deepest_m", "m", "largest worn depth of any speed")
+OF_CONTACT = (
+    Dataset(
+        "tuned/run_deepest_m", ("run",), "m",
+        "largest worn depth of any speed: the runs of the tuned disk",
+    ),
+    *datasets("tuned", ("speed", "strip", "angle"), [AROUND]),
+    ANGLE,
+)  # fmt: skip
+OF_TIME = (
+    Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
+    Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
+)
+OF_ENERGY = (
+    Dataset("tuned/wear_energy_j", ("speed",), "J", "energy that the wear by the tuned disk took"),
+    Dataset(
+        "wear_energy_j", ("sample", "speed"), "J",
+        "energy that has gone into the wear of the coating",
+    ),
+)  # fmt: skip
+
+
+def _of_histories(*dimensions):
+    """All datasets of the coating in the group `wear`, for studies of whole motions."""
+    around = datasets("wear", (*dimensions, "strip", "angle"), [AROUND])
+    return (*datasets("wear", dimensions, POINTS), *around, ANGLE)
+
+
+class Wearing(Effect):
+    """A coating that wears."""
+
+    name = "wear"
+    needed = "a coating that wears (contact.law: abradable)"
+    unsettled = "may cut deeper"
+    amplitude = "largest_amplitude_m"
+    datasets: ClassVar = {
+        "contact": OF_CONTACT,
+        "energy": OF_ENERGY,
+        "time_response": (*OF_TIME, *_of_histories("disk")),
+        "interaction_map": _of_histories("disk", "speed"),
+    }
+    points = tuple(POINTS)
+    peaks = (
+        DEEPEST,
+        Quantity("deepest_speed_hz", "Hz", "speed of the largest worn depth"),
+    )
+    kinds = (
+        Kind("amplitude", "peak_amplitude_m", "m", "largest amplitudes, of any time"),
+        Kind("worn_depth", DEEPEST.name, "m", "largest worn depths of any speed"),
+    )
+    spreads = (
+        Spread(
+            "Coating", {"amplitude": "peak_amplitude_m", "worn depth": DEEPEST.name},
+            ".4g", 1e3, "mm",
+        ),
+    )  # fmt: skip
+    changes = (
+        Change("coating 20 % harder", "contact.coating.yield_mpa", times(
+            {"contact.coating.yield_mpa": 1.2}, where=lambda c: c.contact.wears)),
+    )  # fmt: skip
+
+    def exists(self, config: Config) -> bool:
+        """Whether the contact law is abradable."""
+        return config.contact.wears
+
+    def n_bytes(self, config: Config, grid: Grid) -> int:
+        """Worn depths of all lanes, now and after some windows, and of the results [bytes]."""
+        kept = 3 + REVOLUTIONS // config.steady_state.window_revolutions
+        bars = WIDTH * grid.steps_per_revolution * kept
+        results = config.speeds.n_values * N_ANGLES * (1 + config.mistuning.tuned_runs)
+        return NUMBER * config.disk.n_strips * (bars + results)
+
+    def of_disk(self, result: SweepResult, speeds_hz: np.ndarray) -> dict[str, float]:
+        """Largest worn depth, and its speed."""
+        deepest = largest(result.wear.depth, speeds_hz)
+        return dict(zip([peak.name for peak in self.peaks], deepest, strict=True))
+
+    def of_tuned(
+        self, config: Config, modes: Modes, runs: list[dict[str, Any]]
+    ) -> dict[str, np.ndarray]:
+        """Largest worn depths of the runs."""
+        return {"run_deepest_m": np.array([run[DEEPEST.name] for run in runs])}
+
+    def of_history(self, study: str, history: History) -> Iterator[tuple[str, Any]]:
+        """Wear in the end, and the depth over the time."""
+        if study == "time_response":
+            yield "worn_depth_m", history.worn_depth
+        for name, values in history.wear().by_name().items():
+            yield f"wear/{name}", values[0]
+
+    def lines(self, results: Results) -> Iterator[str]:
+        """Worn depths, and energies of the wear."""
+        if results.study == "contact":
+            yield from _lines_of_disks(results)
+        elif results.study == "energy":
+            low, high, tuned = results.range_of("wear_energy_j")
+            yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
+        else:
+            yield from _lines_of_motions(results)
+
+    def findings(self, results: Results) -> Iterator[Finding]:
+        """Disks that cut through the coating and reach the casing behind it."""
+        if results.study != "contact":
+            return
+        samples = map(finite, results.of_levels(DEEPEST.name))
+        depth = np.concatenate([results.read("tuned/run_deepest_m"), *samples])
+        n_disks = int(np.count_nonzero(np.isfinite(depth)))
+        through = int(np.count_nonzero(depth >= REACHED * depth_of_all(results.config)))
+        if through:
+            yield Finding(
+                USELESS if through > MOST_LOST * n_disks else SINGLE,
+                f"{through} of {n_disks} disks cut through the coating",
+                f"{through} of {n_disks} disks, runs of the tuned one included, cut through the "
+                "coating and reach the casing: read that share, not amplitudes or their "
+                "percentiles; contact.coating.thickness_mm or casing.clearance_mm decide it",
+            )
+
+
+def _lines_of_motions(results):
+    """Wear by a disk at the speed of its deepest cut."""
+    read, disk = results.read, results.disk
+    numbers = {of.name: np.atleast_1d(read(f"wear/{of.name}", disk)) for of in POINTS}
+    depth, growth = numbers["worn_depth_m"], numbers["worn_growth_m"]
+    if not np.isfinite(depth).any():
+        return
+    at = int(np.nanargmax(depth))
+    here = {name: values[at] for name, values in numbers.items()}
+    speeds = results.config.speeds.values_hz
+    where = f" at {speeds[at]:g} Hz" if len(speeds) > 1 else ""
+    if not depth[at] > 0.0:
+        yield "nothing of the coating is worn"
+        return
+    yield (
+        f"worn{where} {1e3 * depth[at]:.3g} mm deep in {here['lobes']:.0f} lobes, "
+        f"{1e9 * here['worn_volume_m3']:.3g} mm³ with {here['wear_energy_j']:.3g} J; "
+        f"largest amplitude {1e3 * here['largest_amplitude_m']:.3g} mm at "
+        f"{here['largest_amplitude_time_s']:.3g} s"
+    )
+    goes_on = growth > ENDED * depth
+    if len(speeds) > 1:
+        yield f"wear goes on at {np.count_nonzero(goes_on)} of {len(speeds)} speeds"
+    else:
+        word = "wear goes on" if goes_on[0] else "wear has ended"
+        yield f"{word}: {1e3 * growth[0]:.3g} mm deeper in the last ten revolutions"
+
+
+def _lines_of_disks(results):
+    """Worn depths of the tuned disk and of every level's worst disk."""
+    config, runs = results.config, finite(results.read("tuned/run_deepest_m"))
+    yield from _tuned_depth_line(runs, depth_of_all(config))
+    levels = map(finite, results.of_levels(DEEPEST.name))
+    for half_range, depth in zip(results.read("half_range"), levels, strict=True):
+        if not len(depth):
+            continue
+        if config.pattern_deviation is not None:
+            is_through = depth[0] >= REACHED * depth_of_all(config)
+            deep = "through the coating" if is_through else _deep(depth[0], runs)
+            yield f"the disk of the pattern cuts {deep}"
+            continue
+        yield f"±{100 * half_range:.3g} %: {_depth_line(depth, runs, depth_of_all(config))}"
+
+
+def _tuned_depth_line(runs, all_of_it):
+    """Worn depths of the runs of the tuned disk, or how many of them cut through."""
+    held = 1e3 * runs[runs < REACHED * all_of_it]
+    if len(held) < len(runs):
+        rest = f"; the others cut {held.min():.3g} to {held.max():.3g} mm deep" if len(held) else ""
+        yield (
+            f"{len(runs) - len(held)} of {len(runs)} runs of the tuned disk cut through the "
+            f"coating, {1e3 * all_of_it:.3g} mm{rest}"
+        )
+    elif len(runs):
+        yield (
+            f"the tuned disk cuts {np.median(held):.3g} mm deep ({held.min():.3g} to "
+            f"{held.max():.3g} mm in {len(held)} runs of it)"
+        )
+
+
+def _depth_line(depth, runs, all_of_it):
+    """Share of disks that cut through, or the depth of the worst disk where none does."""
+    through = int(np.count_nonzero(depth >= REACHED * all_of_it))
+    low, high = map(percent, probability_interval(through, len(depth), Z_95))
+    if through:
+        return (
+            f"{through} of {len(depth)} disks cut through the coating, a share of {low} to {high} "
+            "% (95 % interval)"
+        )
+    return (
+        f"the worst of {len(depth)} disks cuts {_deep(depth.max(), runs)}; another disk cuts "
+        f"deeper with a probability below {high} % (95 % confidence)"
+    )
+
+
+def _deep(depth, runs):
+    """A depth in words, beside the median of the runs of the tuned disk."""
+    ratio = depth / np.median(runs) if len(runs) and np.median(runs) > 0.0 else np.inf
+    times = f", {ratio:.2f} times the tuned one" if np.isfinite(ratio) else ""
+    return f"{1e3 * depth:.3g} mm deep{times}"
+
+
+def depth_of_all(config: Config) -> float:
+    """Depth at which a coating is worn through [m]."""
+    c = config.contact.coating
+    return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area=0.0).worn_through

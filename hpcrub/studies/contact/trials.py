@@ -1,0 +1,99 @@
+"""Trials: disks in contact, each in one case of the input, and one table of what they did.
+
+A case is a changed input, or a deviation of the blades. The table tells which trials come next: see
+`Study.next_round`.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.effects.effect import largest
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset, Values
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs.study import Poll, Study
+from hpcrub.setup.disks import modes_of
+from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.studies.contact.amplification import peak, peak_status
+from hpcrub.studies.contact.limits import severities
+
+
+class Case(NamedTuple):
+    """One disk in one case of the input."""
+
+    config: Config  # with the changed input
+    blades: np.ndarray  # stiffness deviations (N,) [-]
+    where: Any  # row of the table
+
+
+def table(*dimensions: str, note: str = "") -> tuple[Dataset, ...]:
+    """Datasets of the largest amplitudes and stresses of all trials; note: about the amplitude."""
+    return (
+        Dataset("peak_amplitude_m", dimensions, "m", f"largest amplitude over the speeds{note}"),
+        Dataset("peak_stress_pa", dimensions, "Pa", "largest stress over the speeds"),
+        Dataset("peak_status", dimensions, "1", PEAK_STATUS, "u1"),
+    )
+
+
+class Trials(Study):
+    """A study of trials. A subclass has datasets of a `table`, and tells the `case` of a task."""
+
+    integrates = True
+    of_tasks = False
+    unit = "disks"
+
+    def case(self, config: Config, task: Any) -> Case | None:
+        """Disk and input of a task; None: there is nothing to compute."""
+        raise NotImplementedError
+
+    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
+        """Compute the largest amplitude and stress of a disk; those in the file are yielded."""
+        case = self.case(config, task)
+        if case is None:
+            return
+        own = problem if case.config is config else _problem_of(case.config.to_yaml())
+        found = peaks_of(case.config, own, case.blades, poll)
+        there = {line.name for line in self.datasets}
+        yield from ((name, case.where, found[name]) for name in found if name in there)
+
+
+@lru_cache(maxsize=4)
+def _problem_of(text):
+    """Problem of an input, kept for further disks of the input."""
+    return build_problem(Config.from_yaml(text))
+
+
+def peaks_of(config: Config, problem: Problem, blades: np.ndarray, poll: Poll) -> dict[str, Any]:
+    """Largest amplitude [m] of a disk in contact, its speed [Hz] and status, largest stress [Pa].
+
+    blades: stiffness deviations (N,) [-]. NaN where there is none. By their names in a `table`.
+    """
+    speeds = config.speeds.values_hz
+    result = run_sweep(modes_of(config, problem, blades), problem.scene, speeds, poll)
+    size, at = peak(result, speeds)
+    return {
+        "peak_amplitude_m": size,
+        "peak_speed_hz": at,
+        "peak_stress_pa": largest(result.stress, speeds)[0],
+        "peak_status": peak_status(result, speeds),
+    }
+
+
+def beyond(file: ResultFile) -> np.ndarray:
+    """Whether the disks of a table were computed and exceed a limit, or have no result."""
+    return (file.status != PENDING) & ~(severities(file) <= 1.0)
+
+
+def limit_problems(config: Config) -> Iterator[str]:
+    """Reasons why a study cannot tell the probability of exceeding a limit."""
+    limits = config.limits
+    if limits.amplitude_mm is None and limits.stress is None:
+        yield f"limits: a {config.study} study needs limits.amplitude_mm or limits.stress_mpa"
+    elif limits.stress and not (limits.stress_mpa_per_mm or config.observes_stress):
+        yield "limits.stress_mpa: the model tells no stress, give limits.stress_mpa_per_mm"
+    if len(config.mistuning.half_range_percent) != 1:
+        yield f"mistuning.half_range_percent: a {config.study} study is of one level"

@@ -1,0 +1,35 @@
+"""An effect that is no part of the package: the mean displacement of the tips."""
+
+import numpy as np
+
+from hpcrub.effects.effect import Change, Effect, Quantity, Spread, largest, times
+from hpcrub.results.verdict import REMARK, Finding
+
+
+class Offset(Effect):
+    """Mean displacement of the tip that is displaced most."""
+
+    name = "offset"
+    needed = "offsets"
+    omitted = "No tip is dragged aside."
+    points = (Quantity("offset_m", "m", "mean displacement of a tip, the largest of all tips"),)
+    peaks = (Quantity("largest_offset_m", "m", "largest offset of any speed"),)
+    spreads = (Spread("Offset", {"offset": "largest_offset_m"}, ".4g", 1e3, "mm"),)
+    changes = (Change("twice the offset", "contact.friction", times({"contact.friction": 2.0})),)
+
+    def exists(self, config):
+        """Whether friction drags the tips."""
+        return config.contact.friction > 0.0
+
+    def observers(self, config):
+        return {"offset_m": lambda end: float(np.abs(end.last.mean(axis=0)).max())}
+
+    def of_disk(self, result, speeds_hz):
+        return {"largest_offset_m": largest(result.observed["offset_m"], speeds_hz)[0]}
+
+    def lines(self, results):
+        if results.study == "contact":
+            yield f"tuned offset {1e3 * results.read('tuned/offset_m').max():.4g} mm"
+
+    def findings(self, results):
+        yield Finding(REMARK, "an offset", "the tips have an offset")

@@ -1,0 +1,54 @@
+"""Memory of a study: foretold, and refused before work where this machine has less."""
+
+import os
+import tracemalloc
+
+import pytest
+
+from hpcrub import studies
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.runs import memory
+from tests.program import ROOT, load
+
+
+@pytest.fixture
+def laptop(monkeypatch):
+    """This machine has 16 GiB of memory."""
+    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 2**22, "SC_PAGE_SIZE": 2**12}.get)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "disk: {n_blades: 200, blade: {n_elements: 50}}",
+        "speeds: {from_hz: 1e-6, to_hz: 1e-6}",
+        "study: threshold\nthreshold: {tolerance: 1e-3}\nmistuning: {samples: 1000000}",
+        "time: {step_s: 2e-12}",
+        "contact: {law: abradable}\ntime: {step_s: 1e-10}",
+        "study: interaction_map\nhistory: {duration_s: 1000}\ntime: {step_s: 1e-9}",
+    ],
+)
+def test_what_this_machine_cannot_hold_is_refused_before_work(laptop, text):
+    with pytest.raises(InputError, match="not enough memory: this study needs .* are there"):
+        memory.check(studies.run_of(Config.from_yaml(text)))
+
+
+def test_a_history_takes_no_more_memory_than_is_told(monkeypatch):
+    """It took 1.4 times as much: forces and gaps were left out."""
+    monkeypatch.setattr(memory, "COMPILING", 0)
+    took, told = [], []
+    for seconds in (0.5, 1.0, 2.0):  # the first one loads what all need
+        keys = {"study": "time_response", "history": {"duration_s": seconds}}
+        run = studies.run_of(Config(speeds={"from_hz": 34, "to_hz": 34}, **keys))
+        prepared = run.prepare()
+        tracemalloc.start()
+        list(run.study.compute(run.config, prepared, 0, lambda: None))
+        took.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        told.append(memory.estimate(run))
+    assert 0.5 < (took[2] - took[1]) / (told[2] - told[1]) < 1.0
+
+
+def test_the_paper_fits_a_laptop(laptop):
+    memory.check(studies.run_of(load(ROOT / "inputs" / "paper_nd4.yaml")))
