@@ -159,20 +159,23 @@ def solve_stuck(law: Coupled, state: State, n_active: int) -> None:
 
     Only points within the lane's own bound take part: points of other lanes would change rounding.
     """
-    n_rows, active = state.penetration.shape[0], state.active[:n_active]
+    n_rows = state.penetration.shape[0]
     for lane in range(state.report.shape[1]):
         if state.report[STUCK, lane] == 0.0:
             continue
         depth = state.penetration[:, lane]
         nearest = -law.bound[0, lane] * depth.max()  # a number that is none stays
-        for i in active:
+        rows, n = np.empty(n_active, np.int64), 0
+        for i in state.active[:n_active]:
             state.multiplier[i, lane] = 0.0
-        rows = active[depth[active] > nearest]
-        M = np.eye(len(rows))
-        for a, i in enumerate(rows):
-            for b, j in enumerate(rows):
-                M[a, b] += law.coupling[i * n_rows + j, lane]
-        solve_lane(state, lane, rows, M)
+            if depth[i] > nearest:
+                rows[n] = i
+                n += 1
+        M = np.eye(n)
+        for a in range(n):
+            for b in range(n):
+                M[a, b] += law.coupling[rows[a] * n_rows + rows[b], lane]
+        solve_lane(state, lane, rows[:n], M)
 
 
 @compiled(inline=True, inner=True)

@@ -186,8 +186,10 @@ def solve_lane(state: State, lane: int, rows: np.ndarray, M: np.ndarray) -> None
 
     rows: (n,) int, the points; M: (n, n), the Delassus operator with its columns over W_jj [-].
     """
-    x = np.zeros(len(rows))
-    if not solve_by_pivoting(M, state.penetration[:, lane][rows], x):
+    x, p = np.zeros(len(rows)), np.empty(len(rows))
+    for a, i in enumerate(rows):
+        p[a] = state.penetration[i, lane]
+    if not solve_by_pivoting(M, p, x):
         state.report[UNSOLVED, lane] = 1.0
     for a, i in enumerate(rows):
         state.multiplier[i, lane] = x[a]
