@@ -101,7 +101,6 @@ class Solid(SurfaceLaw, SolidArrays):
         first = np.append(0, np.cumsum(interface.points_per_blade))
         starts = group_starts(first)
         most = np.diff(first[starts]).max()
-        n_rows = most + v.TILE
         way = np.zeros(n_points)
         way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
         return cls(
@@ -109,7 +108,7 @@ class Solid(SurfaceLaw, SolidArrays):
                 width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=n_points, jams=1,
                 compliance=3 * n_points**2, cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, touched=interface.n_blades,
-                equations=n_rows**2, depths=n_rows, undone=n_rows, wrong=n_rows,
+                equations=most * (most + 1), depths=most, undone=most, wrong=most,
             ),
             points=np.argsort(interface.blade, kind="stable"),
             blade=interface.blade,

@@ -33,12 +33,11 @@ class SolidArrays(NamedTuple):
     deepest: np.ndarray  # deepest penetration of every blade (N, L) [m] (modified)
     touched: np.ndarray  # number of steps in which a blade carried a force (N, L) (modified)
     surface: Surface
-    # Work space for the solver of a group of at most P points, which no step reads from another.
-    # Arrays have R = P + TILE rows: tiles and pairs of rows can go beyond the last point.
+    # Work space for the solver of a group of at most P points, which no step reads from another
     fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + 1,) int
     chosen: np.ndarray  # places of the points that carry a force (P,) int
-    equations: np.ndarray  # equations of the chosen points, each with its right side (R·R, L)
-    depths: np.ndarray  # solution of the equations (R, L) [m]
-    undone: np.ndarray  # depth x that the force on each point of the group undoes (R, L) [m]
-    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (R, L)
+    equations: np.ndarray  # equations of the chosen points, each with its right side (P·(P + 1), L)
+    depths: np.ndarray  # solution of the equations (P, L) [m]
+    undone: np.ndarray  # depth x that the force on each point of the group undoes (P, L) [m]
+    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (P, L)
     wrong: np.ndarray
