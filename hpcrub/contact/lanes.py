@@ -5,9 +5,10 @@ vector that holds a quantity of every lane, and a *tile* is a tuple of vectors t
 registers. numba alone keeps neither in registers (a loop over lanes loads and stores its
 accumulators at every pass), which costs a factor of three to five here.
 
-Every function below is plain Python, in which a lane vector is a NumPy row; so ``kernel.py_func``
-runs unchanged in plain Python. Compiled, each function becomes a few LLVM vector instructions
-(`simd`), as do sums, differences, products and comparisons of vectors, and of vectors and numbers.
+Every function below is plain Python, in which a lane vector is a NumPy row and a tile a matrix; so
+``kernel.py_func`` runs unchanged in plain Python. Compiled, each function becomes a few LLVM vector
+instructions (`simd`), as do sums, differences, products and comparisons of vectors, and of vectors
+and numbers.
 
 Lane arrays have shape (rows, width) and are C-contiguous. ``lanes`` is a tuple of ``width`` zeros
 whose *length* tells the compiler the vector width; the length of a tuple ``tile`` tells the size of
@@ -16,7 +17,6 @@ of them a tile. Modules that use many of these functions import this one as ``v`
 """
 
 import functools
-import itertools
 from typing import Any
 
 import numpy as np
@@ -41,49 +41,28 @@ def splat(lanes: tuple, x: float) -> np.ndarray:
 
 
 def load(lanes: tuple, array: np.ndarray, rows: Any) -> Any:
-    """Rows of a lane array (rows, L), or entries of an array that lanes share.
+    """Row of a lane array (rows, L), or entry of an array that lanes share.
 
     rows: a row, or a tuple of rows, which gives a tile.
     """
-    return tuple(array[row].copy() for row in rows) if _is_tile(rows) else array[rows].copy()
+    return array[np.asarray(rows)].copy()
 
 
 def store(array: np.ndarray, rows: Any, vectors: Any) -> None:
     """Write a vector to a row of a lane array (modified), or a tile to a tuple of rows."""
-    for row, vector in zip(rows, vectors, strict=True) if _is_tile(rows) else [(rows, vectors)]:
-        array[row] = vector
+    array[np.asarray(rows)] = vectors
 
 
-def _is_tile(argument):
-    return isinstance(argument, tuple)
-
-
-def _each(function):
-    """Function of vectors that takes tiles, too, and is then called for each of their members."""
-
-    @functools.wraps(function)
-    def of_members(*arguments):
-        tiles = [part if _is_tile(part) else itertools.repeat(part) for part in arguments]
-        if not any(map(_is_tile, arguments)):
-            return function(*arguments)
-        return tuple(map(function, *tiles))
-
-    return of_members
-
-
-@_each
 def fma(a: Any, b: Any, c: Any) -> np.ndarray:
     """a·b + c, fused where the machine has the instruction."""
     return a * b + c
 
 
-@_each
 def larger(a: Any, b: Any) -> np.ndarray:
     """The larger of a and b in every lane; b where a is NaN."""
     return np.where(a > b, a, b)
 
 
-@_each
 def magnitude(a: Any) -> np.ndarray:
     """|a| in every lane."""
     return np.abs(a)
@@ -100,7 +79,6 @@ def length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.sqrt(a * a + b * b)
 
 
-@_each
 def select(mask: np.ndarray, a: Any, b: Any) -> np.ndarray:
     """``a`` where the mask holds, ``b`` elsewhere."""
     return np.where(mask, a, b)
@@ -111,14 +89,14 @@ def any_lane(mask: np.ndarray) -> bool:
     return bool(np.any(mask))
 
 
-def tile_splat(tile: tuple, vector: np.ndarray) -> tuple:
+def tile_splat(tile: tuple, vector: np.ndarray) -> Any:
     """A tile whose members are all ``vector``."""
-    return tuple(vector for _ in tile)
+    return np.array([vector for _ in tile])
 
 
-def tile_add(tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: Any) -> tuple:
+def tile_add(tile: Any, matrix: np.ndarray, row: int, columns: tuple, vector: Any) -> Any:
     """Tile plus, in member i, ``matrix[row, columns[i]]`` times the vector."""
-    return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
+    return tile + matrix[row, np.array(columns), None] * vector
 
 
 def tile_advance(
@@ -145,8 +123,8 @@ def tile_advance(
 
 
 def tile_relax(
-    coupling: np.ndarray, n_rows: int, rows: tuple, penetration: np.ndarray, x: tuple
-) -> tuple:
+    coupling: np.ndarray, n_rows: int, rows: tuple, penetration: np.ndarray, x: Any
+) -> Any:
     """One sweep of projected Gauss–Seidel for x_i = max(p_i − Σ C_ij x_j, 0).
 
     coupling: (n_rows², L) matrix C with zero diagonal, entry (i, j) in row i·n_rows + j [-].
@@ -164,15 +142,12 @@ def tile_relax(
         for b in (*range(a + 1, len(new)), *range(a)):
             depth = depth - coupling[row * n_rows + rows[b]] * new[b]
         new[a] = larger(depth, 0.0)
-    return tuple(new)
+    return np.array(new)
 
 
-def tile_largest(tile: tuple) -> np.ndarray:
+def tile_largest(tile: Any) -> np.ndarray:
     """Largest member of a tile, lane by lane."""
-    result = tile[0]
-    for t in tile[1:]:
-        result = larger(t, result)
-    return result
+    return functools.reduce(lambda largest, one: larger(one, largest), tile)
 
 
 def indices(tile: tuple, array: np.ndarray, first: int) -> tuple:
