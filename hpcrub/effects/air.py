@@ -12,8 +12,11 @@ from hpcrub.model.reduction import Modes, ReducedModel, mistuned_modes
 from hpcrub.results.layout import Dataset, Values
 from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
 from hpcrub.setup.aero import curve_of
+from hpcrub.setup.disks import deviation
+from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
+LOOKED_AT = 100  # mistuned disks, of all levels, that are checked for flutter before a run
 FAMILY_ALONE = 0.2  # deviation of stiffness up to which mistuning hardly couples families
 MOST_SHOWN = 200  # disks of a level whose complex modes are kept
 _WAVE, _SHOWN = ("wave",), ("level", "disk", "wave")
@@ -62,6 +65,27 @@ class Aero(Effect):
     def exists(self, config: Config) -> bool:
         """Whether the input knows the air."""
         return config.aero.exists
+
+    def warnings(self, config: Config, problem: Problem) -> Iterator[str]:
+        """Warn of modes that the air excites: of the tuned disk and the first of every level."""
+        n = min(LOOKED_AT // len(config.levels) + 1, len(config.samples))
+
+        def least(blades):
+            waves = mistuned_modes(problem.reduced, blades).waves
+            assert waves is not None  # there is air
+            return waves.damping_ratio.min()
+
+        tuned = least(np.zeros(config.disk.n_blades))
+        ratios = [[least(deviation(config, level, k)) for k in range(n)] for level in config.levels]
+        lost = np.count_nonzero(np.array(ratios) <= 0.0, axis=1)
+        if tuned <= 0.0 or lost.any():
+            pairs = zip(lost, config.mistuning.half_range_percent, strict=True)
+            at = ", ".join(f"{n_lost} at ±{level:g} %" for n_lost, level in pairs)
+            yield (
+                "flutter without contact: the least stable wave of the tuned disk has a damping "
+                f"ratio of {tuned:.3g}, and of the first {n} mistuned disks flutter {at}: "
+                "aero.waves"
+            )
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Numbers of waves, and of disks whose complex modes are kept."""

@@ -12,8 +12,11 @@ from hpcrub.effects.effect import Change, Effect, History, Load, Results, times
 from hpcrub.model.reduction import Modes
 from hpcrub.response import casing_motion
 from hpcrub.response.casing_motion import CasingMotion
+from hpcrub.response.scene import can_touch
 from hpcrub.results.layout import Dataset
 from hpcrub.results.verdict import REMARK, Finding
+from hpcrub.setup.casing import overtaken
+from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import finite
 
 PERMANENT = Dataset(
@@ -77,6 +80,13 @@ class VibratingCasing(Effect):
         """Whether the casing has a ring or modes."""
         return config.casing.vibrates
 
+    def warnings(self, config: Config, problem: Problem) -> Iterator[str]:
+        """Warn of rings that no casing is, and of waves that the rotor overtakes."""
+        if config.casing.ring.thickness_mm is not None:
+            yield from _ring_warnings(config)
+        if can_touch(problem.scene):
+            yield from _wave_warnings(config, problem)
+
     def sizes(self, config: Config) -> dict[str, int]:
         """Numbers of waves, families of blades, speeds and angles."""
         return casing_waves.sizes(config) | {"casing_angle": N_ANGLES}
@@ -123,6 +133,49 @@ class VibratingCasing(Effect):
             f"{what} of the casing can move peaks by tens of per cent: study: checklist shows by "
             f"how much (casing.{'ring' if is_ring else 'modes'})",
         )
+
+
+def _wave_warnings(config, problem):
+    """Warn of waves around an elastic casing that the rotor overtakes."""
+    casing = problem.reduced.casing
+    critical = casing.critical_speeds / (2.0 * np.pi)
+    followed, others = overtaken(config, casing)
+    if len(followed):
+        yield (
+            f"overtaken waves: from {critical.min():.4g} Hz on the rotor is faster than waves "
+            f"around the casing (n = {_listed(followed)}); contact feeds them, so "
+            "that motions may grow until tips leave the casing, or without bound"
+        )
+    if len(others):
+        yield (
+            f"overtaken waves: up to {config.speeds.to_hz:g} Hz the rotor is faster, too, than the "
+            f"waves n = {_listed(others)}, which are not followed (casing.ring.waves) and which "
+            "contact would feed as well"
+        )
+
+
+def _listed(waves):
+    """Numbers of waves in words, a row without gaps by its ends."""
+    is_row = len(waves) > 2 and np.ptp(waves) == len(waves) - 1
+    return f"{min(waves)} to {max(waves)}" if is_row else ", ".join(map(str, waves))
+
+
+def _ring_warnings(config):
+    """Warn of dimensions and materials that no casing has and that wrong units give."""
+    ring, tips = config.casing.ring, config.disk.tip_radius_mm
+    for key, low, high in (
+        ("thickness_mm", 1e-3 * tips, 0.2 * tips),
+        ("width_mm", 1e-2 * tips, 2.0 * tips),
+        ("radius_mm", 0.9 * tips, 1.3 * tips),
+        ("young_modulus_gpa", 1.0, 1000.0),
+        ("density_kg_m3", 500.0, 20000.0),
+    ):
+        value = getattr(ring, key)
+        if value is not None and not low <= value <= high:
+            yield (
+                f"units: casing.ring.{key} is {value:g}, where casings around tips of {tips:g} mm "
+                f"have {low:.3g} to {high:,.5g}"
+            )
 
 
 def _around_tuned(results):

@@ -21,6 +21,7 @@ from hpcrub.response.sweep import SweepResult
 from hpcrub.response.wear import Wear
 from hpcrub.results.layout import Dataset, Values
 from hpcrub.results.verdict import Finding
+from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import finite
 
 
@@ -134,6 +135,10 @@ class Effect:
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of dimensions of its datasets that no study has."""
         return {}
+
+    def warnings(self, config: Config, problem: Problem) -> Iterator[str]:
+        """Warnings about what a study that integrates does not resolve, before it begins."""
+        return iter(())
 
     def n_bytes(self, config: Config, grid: Grid) -> int:
         """Memory that the effect takes while a disk is integrated [bytes]."""

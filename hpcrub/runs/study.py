@@ -1,10 +1,9 @@
-"""Base classes of studies, their runs, and jobs in which ranks compute independent tasks.
+"""Base classes of studies, and their runs.
 
 A study is a module of `hpcrub/studies` with a subclass of `Study` and an instance of it, `STUDY`.
 """
 
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,17 +14,15 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.effects.effect import Results
 from hpcrub.errors import InputError
-from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import Progress, amount, console, print_item
-from hpcrub.ranks.runlog import Work
+from hpcrub.ranks.progress import amount, console, print_item
 from hpcrub.response import history
 from hpcrub.response.wear import N_ANGLES
-from hpcrub.results.layout import ANGLE, DONE, PENDING, SPEEDS, Dataset, Values
+from hpcrub.results.layout import ANGLE, PENDING, SPEEDS, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding, Verdict
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.warmup import warm_up
+from hpcrub.runs.job import Job, Round
 from hpcrub.setup import imported, plausibility
 from hpcrub.setup.disks import Disks, fixed_disks, modes_of
 from hpcrub.setup.problem import Problem, build_problem
@@ -33,116 +30,6 @@ from hpcrub.setup.problem import Problem, build_problem
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 Poll = Callable[[], Any]  # long computations call it often; an exception from it ends the task
 Counts = dict[str, int]
-
-
-class Round(NamedTuple):
-    """What a study computes next, which the results in its file alone tell."""
-
-    tasks: Sequence[Any]  # indices in the dataset `status`; none: the study is over
-    known: Mapping[str, Any] = {}  # {dataset: values} that the results tell so far
-    expected: int | None = None  # parts that are probably needed; 0: not known; None: all
-    phase: str = ""  # name of the tasks; those of another name take another time
-    status: str = "status"  # dataset in which the tasks are marked as done
-    integrates: bool = True  # whether the tasks need the kernel, if the study integrates
-    told: Any = None  # value of `poll` for all tasks of the round
-
-
-class Job:
-    """A run in progress; its file may already hold some of the results.
-
-    It computes rounds of tasks: a round begins when all tasks of the one before are in the file.
-    """
-
-    def __init__(
-        self,
-        run: "Run",
-        team: Team,
-        prepared: Any,
-        file: ResultFile,
-        progress: Progress | None = None,
-        phase: Callable[[str], None] = lambda name: None,
-    ) -> None:
-        """Create a job that has not begun.
-
-        prepared: returned by the study's `prepare`; file: open for writing on all ranks; progress:
-        needed on rank 0 to compute; phase: called with the name of every phase that begins.
-        """
-        self.study, self.config = run
-        self.team, self.prepared, self.file = team, prepared, file
-        self.progress, self.phase = progress, phase
-        self.work = Work()  # done so far, on rank 0
-        self.n_before = 0  # tasks of it that do not tell the time left
-        self.expected: int | None = None  # as in the round
-        self.status = np.zeros(0, dtype=np.uint8)  # of every part as the job begins, on rank 0
-        self.n_finished = 0  # parts, on rank 0
-        self.round: Any = None  # Round, on all ranks without its tasks
-        self.tasks: Sequence[Any] = ()  # of the round, on rank 0
-        self.has_kernel = False
-
-    def run(self) -> None:
-        """Compute and write all missing results, round after round (all ranks).
-
-        Raises Interrupted on all ranks after a stop signal; finished results are in the file.
-        """
-        self.team.on_root(self._take_stock)
-        while planned := self.team.on_root(self._plan):
-            if planned.integrates and self.study.integrates and not self.has_kernel:
-                self.load_kernel()
-            if self.round is None or self.round.phase != planned.phase:
-                self.phase(planned.phase or self.study.unit)
-                self.begin()
-            self.round = planned
-            self.team.run_tasks(self.tasks, self._compute, self._collect, planned.told)
-
-    def load_kernel(self) -> None:
-        """Compile the kernel, or load it, before anything is measured (all ranks)."""
-        self.phase("loading the kernel")
-        problem = self.study.problem_of(self.prepared)
-        warm_up(self.team, self.config, problem, self.study.histories)
-        self.has_kernel = True
-        self.begin()
-
-    def begin(self) -> None:
-        """Tell the time left by the tasks from now on, because those before took another time."""
-        if self.progress:
-            self.progress.began, self.n_before = time.monotonic(), self.work.n_done
-
-    def n_done(self) -> tuple[int, int]:
-        """Number of finished parts of the job, and of all parts (rank 0)."""
-        return self.n_finished, self.status.size
-
-    def require_results(self) -> None:
-        """Raise HpcrubError when all of the job has failed (rank 0); tasks never fail."""
-
-    def summary(self, seconds: float) -> None:
-        """Print verdict and results (rank 0); seconds: wall time of this run."""
-        self.study.print_results(self.file)
-
-    def _take_stock(self):
-        self.status = self.file.status
-        self.n_finished = int(np.count_nonzero(self.status != PENDING))
-
-    def _plan(self):
-        """Write what is known, and plan the next round; without its tasks, None at the end."""
-        planned = self.study.next_round(self.file)
-        self.file.write(planned.known, ())
-        self.tasks, self.expected = planned.tasks, planned.expected
-        return planned._replace(tasks=(), known={}) if planned.tasks else None
-
-    def _compute(self, task, poll):
-        """Compute and write one task, its status last. Returns its duration [s]."""
-        start = time.perf_counter()
-        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
-            self.file.write({name: values}, where)
-        self.file.write({self.round.status: DONE}, task)
-        return time.perf_counter() - start
-
-    def _collect(self, task, seconds):
-        """Count a task that took some seconds, and tell how far the job is (rank 0)."""
-        self.n_finished += np.size(self.status[task])  # a task may have several parts
-        self.work += Work(1, 0, seconds)
-        n_now = self.work.n_done - self.n_before
-        self.progress.part(self.study.unit, *self.n_done(), n_now, self.expected)
 
 
 class Study:
@@ -202,7 +89,9 @@ class Study:
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings about what a study that integrates does not resolve; prepared: by `prepare`."""
-        yield from plausibility.warnings(config, self.problem_of(prepared))
+        problem = self.problem_of(prepared)
+        yield from plausibility.warnings(config, problem)
+        yield from (w for e in effects.of(config) for w in e.warnings(config, problem))
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Numbers of periods around the disk of the loads whose linear responses it computes."""

@@ -19,7 +19,6 @@ from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import can_touch
 from hpcrub.response.sliding import critical_friction, growth_rate
 from hpcrub.setup import imported
-from hpcrub.setup.casing import overtaken
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import Problem
 
@@ -37,7 +36,6 @@ TRANSIENT = 0.05  # share of a transient that may be left at the first check of 
 # 1.5 % on rotor 67, amplitudes in contact are 3 and 4 % off
 ACCURATE = 0.01
 COMPARED = 3  # mistuned disks whose resonances are compared for that
-LOOKED_AT = 100  # mistuned disks, of all levels, that are checked for flutter before a run
 FAST = 1.5  # passing frequency of the bumps over the highest frequency of the first family
 
 
@@ -66,11 +64,12 @@ def steady_problems(config: Config) -> Iterator[str]:
 
 
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
-    """Warnings about unresolved numbers, for the result file and its figures."""
+    """Warnings about unresolved numbers, for the result file and its figures.
+
+    Those of the effects come beside them (`effects`).
+    """
     yield from _unit_warnings(config)
-    yield from _ring_warnings(config)
     yield from _model_warnings(config)
-    yield from _air_warnings(config, problem)
     yield from _shape_warnings(config, problem)
     yield from _noise_warnings(config)
     if not can_touch(problem.scene):
@@ -82,7 +81,6 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _time_warnings(config, tuned)
     yield from _friction_warnings(problem.scene, tuned)
     yield from _rebound_warnings(config, problem)
-    yield from _wave_warnings(config, problem)
 
 
 def _are_few(steps, wanted):
@@ -126,29 +124,6 @@ def _step_warnings(config, problem):
     )  # fmt: skip
 
 
-def _air_warnings(config, problem):
-    """Warn of modes that the air excites, in the tuned disk and the first disks of every level."""
-    if problem.reduced.air is None:
-        return
-    n = min(LOOKED_AT // len(config.levels) + 1, len(config.samples))
-
-    def least(blades):
-        waves = mistuned_modes(problem.reduced, blades).waves
-        assert waves is not None  # there is air
-        return waves.damping_ratio.min()
-
-    tuned = least(np.zeros(config.disk.n_blades))
-    ratios = [[least(deviation(config, level, k)) for k in range(n)] for level in config.levels]
-    lost = np.count_nonzero(np.array(ratios) <= 0.0, axis=1)
-    if tuned <= 0.0 or lost.any():
-        pairs = zip(lost, config.mistuning.half_range_percent, strict=True)
-        at = ", ".join(f"{n_lost} at ±{level:g} %" for n_lost, level in pairs)
-        yield (
-            "flutter without contact: the least stable wave of the tuned disk has a damping ratio "
-            f"of {tuned:.3g}, and of the first {n} mistuned disks flutter {at}: aero.waves"
-        )
-
-
 def shape_errors(config: Config, problem: Problem, speeds_hz: np.ndarray) -> np.ndarray:
     """Errors of linear resonances by the shapes of one speed, relative, (disks, S) [-].
 
@@ -188,53 +163,6 @@ def _shape_warnings(config, problem):
             f"% at {ends[0]:g} Hz and {high:.2g} % at {ends[1]:g} Hz, and amplitudes in contact by "
             "about three times as much: compare with speeds.from_hz and to_hz around the peak"
         )
-
-
-def _wave_warnings(config, problem):
-    """Warn of waves around an elastic casing that the rotor overtakes."""
-    casing = problem.reduced.casing
-    if casing is None:
-        return
-    critical = casing.critical_speeds / (2.0 * np.pi)
-    followed, others = overtaken(config, casing)
-    if len(followed):
-        yield (
-            f"overtaken waves: from {critical.min():.4g} Hz on the rotor is faster than waves "
-            f"around the casing (n = {_listed(followed)}); contact feeds them, so "
-            "that motions may grow until tips leave the casing, or without bound"
-        )
-    if len(others):
-        yield (
-            f"overtaken waves: up to {config.speeds.to_hz:g} Hz the rotor is faster, too, than the "
-            f"waves n = {_listed(others)}, which are not followed (casing.ring.waves) and which "
-            "contact would feed as well"
-        )
-
-
-def _listed(waves):
-    """Numbers of waves in words, a row without gaps by its ends."""
-    is_row = len(waves) > 2 and np.ptp(waves) == len(waves) - 1
-    return f"{min(waves)} to {max(waves)}" if is_row else ", ".join(map(str, waves))
-
-
-def _ring_warnings(config):
-    """Warn of dimensions and materials that no casing has and that wrong units give."""
-    ring, tips = config.casing.ring, config.disk.tip_radius_mm
-    if ring.thickness_mm is None:
-        return
-    for key, low, high in (
-        ("thickness_mm", 1e-3 * tips, 0.2 * tips),
-        ("width_mm", 1e-2 * tips, 2.0 * tips),
-        ("radius_mm", 0.9 * tips, 1.3 * tips),
-        ("young_modulus_gpa", 1.0, 1000.0),
-        ("density_kg_m3", 500.0, 20000.0),
-    ):
-        value = getattr(ring, key)
-        if value is not None and not low <= value <= high:
-            yield (
-                f"units: casing.ring.{key} is {value:g}, where casings around tips of {tips:g} mm "
-                f"have {low:.3g} to {high:,.5g}"
-            )
 
 
 def _unit_warnings(config):

@@ -17,7 +17,8 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Poll, Round, Values
+from hpcrub.runs.job import Round
+from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours

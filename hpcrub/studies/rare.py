@@ -11,7 +11,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Round
+from hpcrub.runs.job import Round
 from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed

@@ -19,8 +19,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Round
-from hpcrub.setup import plausibility
+from hpcrub.runs.job import Round
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
@@ -99,7 +98,7 @@ class Threshold(Trials):
         key, found = config.threshold.key, dict[str, list[tuple[float, str]]]()
         for value in map(float, config.threshold.values[[0, -1]]):
             here = at_value(config, value)
-            for line in plausibility.warnings(here, build_problem(here)):
+            for line in super().warnings(here, build_problem(here)):
                 found.setdefault(NUMBERS.sub("#", line), []).append((value, line))
         for (value, line), *others in found.values():
             if (line,) == tuple(other for _, other in others):

@@ -23,7 +23,7 @@ from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE
 from hpcrub.runs import warmup
-from hpcrub.runs.study import Job
+from hpcrub.runs.job import Job
 from hpcrub.setup.problem import build_problem
 from tests.program import ENVIRONMENT, ROOT, TINY, command, error_lines, run, run_here
 

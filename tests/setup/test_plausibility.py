@@ -22,7 +22,7 @@ from tests.program import ROOT, TINY, swept
 
 def told(config, word=""):
     """Warnings of a configuration that hold a word."""
-    lines = plausibility.warnings(config, build_problem(config))
+    lines = studies.run_of(config).study.warnings(config, build_problem(config))
     return [line for line in lines if word in line]
 
 

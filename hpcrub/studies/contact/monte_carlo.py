@@ -20,7 +20,7 @@ from hpcrub.ranks.progress import console, duration
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, PENDING
-from hpcrub.runs.study import Job
+from hpcrub.runs.job import Job
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics import percentiles
 from hpcrub.studies.contact import amplification, findings
