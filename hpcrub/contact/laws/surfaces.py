@@ -246,8 +246,9 @@ class Coated(CoatedArrays):
     @staticmethod
     @compiled(inline=True, inner=True)
     def effective_depth(lanes: tuple, surface: "Coated", j: int, depth: np.ndarray) -> np.ndarray:
-        """Larger of the penetration of a point and the depth that earlier forces undo (L,) [m]."""
-        return v.larger(depth, relief(lanes, surface, j))
+        """Depth (L,) [m] of a point, the depth that earlier forces undo where this is larger."""
+        undone = relief(lanes, surface, j)
+        return v.select(undone > 0.0, v.larger(depth, undone), depth)
 
     @staticmethod
     @compiled(inner=True)
