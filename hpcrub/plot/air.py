@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.style import BLACK, BLUE, ORANGE, shades
+from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import finite
 
@@ -34,7 +34,7 @@ def draw_limit(axes: Axes, file: ResultFile, load: int) -> None:
     """Draw Whitehead's limit of the linear amplification under a load (its index), if it holds."""
     limit = file.read("aero/largest_amplification", load)
     if np.isfinite(limit):
-        axes.axhline(limit, color=BLACK, lw=1.2, ls=":", label="limit (Whitehead)")
+        axes.axhline(limit, label="limit (Whitehead)", **DOTTED)
 
 
 def _draw_waves(axes: Axes, file: ResultFile) -> None:
