@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from rich import box
@@ -47,7 +48,7 @@ def _one(run, existing, n_ranks):
     """Print what one study would compute and cost; returns its time on one core [s]."""
     study, config = run
     prepared, warnings = examine(run, existing)
-    problem = study.problem_of(prepared) if study.integrates else None
+    problem: Any = study.problem_of(prepared) if study.integrates else None
     say(f"computes:             {run.amount()}")
     say(f"output:               {result_files.file_size(run) / 1e6:,.4g} MB in {config.output}")
     say(f"memory:               {memory.estimate(run) / 1e6:,.4g} MB of each rank, at most")

@@ -70,7 +70,7 @@ def draw_response(
     """
     name = name or layout.amplitude(file.config)
     speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
-    line = {"lw": 1.6, "zorder": 3, **how}
+    line: dict[str, Any] = {"lw": 1.6, "zorder": 3, **how}
     if name == "amplitude_m":
         wide = np.nan_to_num(scale * file.read(f"{group}/amplitude_scatter_m", where))
         axes.fill_between(speeds, values - wide, values + wide, color=colour, alpha=0.15, lw=0)
@@ -100,7 +100,7 @@ def _draw_symbol(axes, x, y, symbol, colour, label, **look):
     """Draw symbols in the colour of a disk; the legend has one of all disks, in grey."""
     if len(x):
         axes.plot(x, y, symbol, mec=colour, clip_on=False, zorder=5, **look)
-        grey = {"ms": 7, "mec": GREY, "mfc": "w" if look["mfc"] == "w" else GREY}
+        grey: dict[str, Any] = {"ms": 7, "mec": GREY, "mfc": "w" if look["mfc"] == "w" else GREY}
         axes.plot([], [], symbol, label=label, **grey)
 
 

@@ -8,7 +8,7 @@ from matplotlib.patheffects import withStroke
 
 from hpcrub.effects.casing_motion import PERMANENT
 from hpcrub.effects.casing_waves import SHOWN
-from hpcrub.model.crossings import KINDS
+from hpcrub.model.crossings import MEETINGS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_all
 from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, edges, shades
@@ -59,8 +59,8 @@ def _draw_lines(axes: Axes, file: ResultFile, top: float) -> None:
         axes.plot(speed, f + n * speed, color=colour, lw=1.4, ls=(0, (5, 2)))
         for k, face in enumerate((colour, "w")):
             axes.plot(met[j, :, k], blades[j], "o", mfc=face, mec=colour, ms=8, zorder=4)
-    axes.plot([], [], "o", color="0.3", label=f"{KINDS[0]}: $n\\,f = f_c + f_b$")
-    axes.plot([], [], "o", mfc="w", mec="0.3", label=f"{KINDS[1]}: $n\\,f = |f_c - f_b|$")
+    axes.plot([], [], "o", color="0.3", label=f"{MEETINGS[0]}: $n\\,f = f_c + f_b$")
+    axes.plot([], [], "o", mfc="w", mec="0.3", label=f"{MEETINGS[1]}: $n\\,f = |f_c - f_b|$")
     axes.set(xlabel=SPEED, ylabel="frequency seen from the rotor [Hz]", xlim=(0.0, top))
     axes.set(ylim=(0.0, highest))
     axes.set_title(r"waves of the casing: $|f_c - n\,f|$ full, $f_c + n\,f$ dashed")
