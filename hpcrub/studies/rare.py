@@ -89,7 +89,7 @@ class Rare(Trials):
 
     def case(self, config: Config, task: int) -> Case:
         """Disk of a task, which is its number."""
-        return Case(config, deviation(config, 0, task), task)
+        return Case(config, deviation(config, 0, task))
 
     def next_round(self, file: ResultFile) -> Round:
         """The pending disks of the next estimate, until the goal is met or no disk is left.

@@ -132,7 +132,7 @@ class Threshold(Trials):
     def case(self, config: Config, task: tuple[int, int]) -> Case:
         """Input and disk of a task; task: indices of value and disk."""
         here = at_value(config, float(config.threshold.values[task[0]]))
-        return Case(here, deviation(here, 0, task[1]), task)
+        return Case(here, deviation(here, 0, task[1]))
 
     def next_round(self, file: ResultFile) -> Round:
         """The pending disks of the next value to test; its order does not depend on other disks."""
