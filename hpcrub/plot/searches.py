@@ -12,9 +12,8 @@ from hpcrub.statistics.rare import extrapolated
 from hpcrub.studies.checklist import CHANGES, LEAST_CHANGE, moved
 from hpcrub.studies.contact.limits import severities
 from hpcrub.studies.patterns import Rounds, in_letters
-from hpcrub.studies.rare import answer as probability_in_words
-from hpcrub.studies.rare import last_estimate
-from hpcrub.studies.threshold import answer as crossing_in_words
+from hpcrub.studies.rare import last_estimate, probability_in_words
+from hpcrub.studies.threshold import crossing_in_words
 
 FOOT = 1e-4  # probability at the foot of the figure of a threshold
 
