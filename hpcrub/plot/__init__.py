@@ -17,7 +17,7 @@ Every figure is a function of a result file, a path or an open one, and of axes 
 (`hpcrub.plot.pictures`). `model` shows a model file, which is no result, in three dimensions.
 """
 
-from hpcrub.plot.air import air, wave_damping
+from hpcrub.plot.air import air
 from hpcrub.plot.amplifications import (
     amplitudes,
     convergence_errors,
@@ -40,7 +40,7 @@ FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
     safe_diagram, mode_shapes, casing, linear, time_response,
     interaction_map, energy, contact_over_linear, branches, wear,
-    casing_motion, casing_waves, air, wave_damping, threshold, checklist, patterns, rare,
+    casing_motion, casing_waves, air, threshold, checklist, patterns, rare,
 ]  # fmt: skip
 
 __all__ = ["FIGURES", "model", *(figure.__name__ for figure in FIGURES)]

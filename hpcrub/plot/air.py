@@ -4,37 +4,31 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.style import BLACK, BLUE, ORANGE, shades
+from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import finite
 
 SIGMA = "standard deviation of the blades' stiffness [%]"
 
 
-@figure("linear", what="damping of waves in air, and of mistuned disks", needs="air")
+@figure("linear", "modal", what="damping of waves in air, and of mistuned disks", needs="air")
 def air(canvas: Canvas, file: ResultFile) -> None:
     """Damping of the tuned waves, root locus of mistuned disks, least stable mode over the level.
 
     Nodal diameters above zero travel with the rotation. The cross of the root locus is the centre,
-    whose decay no mistuning moves.
+    whose decay no mistuning moves. A modal study has the tuned waves only.
     """
-    waves, locus, least = canvas.panels(1, 3, (17.0, 5.2))[0]
-    _draw_waves(waves, file)
-    _draw_locus(locus, file)
-    _draw_least(least, file)
-
-
-@figure("modal", what="damping of waves in air, tuned disk", needs="air")
-def wave_damping(canvas: Canvas, file: ResultFile) -> None:
-    """Damping of the tuned waves, as given and as the complex modes have them."""
-    _draw_waves(canvas.panels(1, 1, (7.5, 5.2))[0, 0], file)
+    mistuned = [_draw_locus, _draw_least] if file.config.study == "linear" else []
+    panels = canvas.panels(1, 1 + len(mistuned), (7.5 + 4.75 * len(mistuned), 5.2))[0]
+    for panel, draw in zip(panels, [_draw_waves, *mistuned], strict=True):
+        draw(panel, file)
 
 
 def draw_limit(axes: Axes, file: ResultFile, load: int) -> None:
     """Draw Whitehead's limit of the linear amplification under a load (its index), if it holds."""
     limit = file.read("aero/largest_amplification", load)
     if np.isfinite(limit):
-        axes.axhline(limit, color=BLACK, lw=1.2, ls=":", label="limit (Whitehead)")
+        axes.axhline(limit, label="limit (Whitehead)", **DOTTED)
 
 
 def _draw_waves(axes: Axes, file: ResultFile) -> None:

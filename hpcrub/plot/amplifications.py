@@ -18,7 +18,7 @@ from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
 from hpcrub.plot.families import finished, labels, reference
-from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
+from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence, finite, with_interval
 from hpcrub.studies.contact import layout, measured
@@ -240,7 +240,7 @@ def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
             for line in panel.get_lines():  # an error of 0, of equal estimates, has no logarithm
                 line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
             target = 100 * file.config.convergence.target_error
-            panel.axhline(target, color=BLACK, lw=1.2, ls=":", label="target")
+            panel.axhline(target, label="target", **DOTTED)
             panel.set_yscale("log")
             panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             panel.yaxis.set_major_formatter("{x:g}")

@@ -13,7 +13,7 @@ from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot.amplifications import AMPLIFICATION, draw_disks, draw_kinds, draw_rows, samples
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import labels, lost_disks, reference
-from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
+from hpcrub.plot.style import BLACK, BLUE, COLOURS, DOTTED, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import findings, layout, measured
@@ -111,7 +111,7 @@ def draw_all(axes: Axes, file: ResultFile, name: str | None = None, scale: float
     if np.isfinite(unstable_peak(file)) and name in (None, "amplitude_m"):
         equal = 1e3 * file.read("tuned/symmetric_amplitude_m")
         words = "equal blades: does not stay"
-        axes.plot(file.read("speeds_hz"), equal, color=BLACK, lw=1.2, ls=":", label=words, zorder=4)
+        axes.plot(file.read("speeds_hz"), equal, label=words, zorder=4, **DOTTED)
 
 
 def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:

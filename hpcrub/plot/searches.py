@@ -5,16 +5,15 @@ from matplotlib.axes import Axes
 
 from hpcrub.plot.amplifications import Look, draw_curves, explain
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
+from hpcrub.plot.style import BLACK, BLUE, DOTTED, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 from hpcrub.statistics.rare import extrapolated
 from hpcrub.studies.checklist import CHANGES, LEAST_CHANGE, moved
 from hpcrub.studies.contact.limits import severities
 from hpcrub.studies.patterns import Rounds, in_letters
-from hpcrub.studies.rare import answer as probability_in_words
-from hpcrub.studies.rare import last_estimate
-from hpcrub.studies.threshold import answer as crossing_in_words
+from hpcrub.studies.rare import last_estimate, probability_in_words
+from hpcrub.studies.threshold import crossing_in_words
 
 FOOT = 1e-4  # probability at the foot of the figure of a threshold
 
@@ -50,7 +49,7 @@ def _draw_probability(axes: Axes, file: ResultFile) -> None:
             f"{disks}", (x, y), xytext=(0, 6), textcoords="offset points", ha="center",
             rotation=90, fontsize=8,
         )  # fmt: skip
-    axes.axhline(file.config.threshold.probability, color=BLACK, lw=1.2, ls=":", label="target")
+    axes.axhline(file.config.threshold.probability, label="target", **DOTTED)
     foot = max(FOOT, 0.3 * min(file.config.threshold.probability, share[share > 0].min(initial=1)))
     axes.set(yscale="log", ylim=(foot, 2.5), ylabel="probability of exceeding the limit")
 
@@ -63,7 +62,7 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
     computed = [finite(row[:disks]) for row, disks in zip(peaks, n, strict=True)]
     draw_curves(axes, file.read("value"), computed, at, look, from_one=False)
     if file.config.limits.amplitude_mm is not None:
-        axes.axhline(file.config.limits.amplitude_mm, color=BLACK, lw=1.2, ls=":", label="limit")
+        axes.axhline(file.config.limits.amplitude_mm, label="limit", **DOTTED)
     axes.set(ylabel="largest amplitude [mm]", ylim=(0.0, None))
 
 
@@ -98,7 +97,7 @@ def _draw_tail(axes: Axes, size: np.ndarray) -> None:
     for color, (name, (least, middle, most)) in zip((ORANGE, GREEN), curves.items(), strict=False):
         axes.fill_between(at, least, most, color=color, alpha=0.2, lw=0)
         axes.plot(at, middle, "--", lw=1.2, color=color, label=f"extrapolation: {name}")
-    axes.axvline(1.0, color=BLACK, lw=1.2, ls=":", label="limit")
+    axes.axvline(1.0, label="limit", **DOTTED)
     axes.set(yscale="log", ylim=(0.1 / n, 1.3))
     axes.set(xlabel="part of the limit", ylabel="probability of exceeding it")
 
@@ -139,7 +138,7 @@ def _draw_all(axes: Axes, file: ResultFile, rounds: Rounds) -> None:
         these = rounds.n_disks[order] == n
         shade = 0.25 + 0.75 * np.log(max(n, 2)) / np.log(max(rounds.most, 2))
         axes.plot(place[these], rounds.percentile[order][these], ".", ms=5, color=BLUE, alpha=shade)
-    axes.axhline(rounds.percentile[0], color=BLACK, lw=1.2, ls=":", label="no pattern")
+    axes.axhline(rounds.percentile[0], label="no pattern", **DOTTED)
     axes.plot([], [], ".", ms=7, color=BLUE, label="patterns; the darker, the more disks")
     at = file.config.patterns.percentile
     axes.set(xlabel="rank", ylabel=f"percentile {at:g} of the linear amplification")

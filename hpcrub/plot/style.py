@@ -11,6 +11,7 @@ GREEN, SKY, PINK, YELLOW = "#009E73", "#56B4E9", "#CC79A7", "#E69F00"
 COLOURS = [BLUE, ORANGE, GREEN, PINK, YELLOW, SKY, BLACK]
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
 DARKEST, PALEST = 0.0, 0.8  # part of the viridis scale that is used; beyond it is pale yellow
+DOTTED: dict[str, Any] = {"color": BLACK, "lw": 1.2, "ls": ":"}  # limits, and what to compare with
 STYLE: dict[str, Any] = {
     "font.size": 12,
     "axes.grid": True,

@@ -11,7 +11,7 @@ from hpcrub.effects.casing_waves import SHOWN
 from hpcrub.model.crossings import MEETINGS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_all
-from hpcrub.plot.style import BLACK, BLUE, ORANGE, edges, shades
+from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, edges, shades
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import findings
@@ -36,7 +36,7 @@ def casing_waves(canvas: Canvas, file: ResultFile) -> None:
     canvas.note("n: waves of the casing, f: speed, $f_c$, $f_b$: frequencies of casing and blades")
     critical = float(file.read("casing/critical_speed_hz").min())
     for panel in (lines, growth):
-        panel.axvline(critical, color=BLACK, lw=1.2, ls=":", label="the rotor overtakes a wave")
+        panel.axvline(critical, label="the rotor overtakes a wave", **DOTTED)
         studied = file.config.speeds.from_hz, file.config.speeds.to_hz
         panel.axvspan(*studied, color="0.93", zorder=0, label="speeds of the study")
 

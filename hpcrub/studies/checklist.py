@@ -95,14 +95,14 @@ class Checklist(Trials):
         own = deviation(config, level, disk - 1) if disk else run_deviation(config, 0)
         if change.run:
             own = own + run_deviation(config, change.run)
-        return Case(config.replace(values) if values else config, own, (number, disk))
+        return Case(config.replace(values) if values else config, own)
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Compute one disk with one change, whose amplitude is infinite without a result."""
         with contextlib.suppress(InputError):  # for example more modes than a model has
-            for name, where, value in super().compute(config, problem, task, poll):
+            for name, _, value in super().compute(config, problem, task, poll):
                 lost = name == "peak_amplitude_m" and not np.isfinite(value)
-                yield name, where, np.inf if lost else value
+                yield name, divmod(task, _n_disks(config)), np.inf if lost else value
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Lines about the effect of every change."""

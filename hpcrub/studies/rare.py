@@ -89,7 +89,7 @@ class Rare(Trials):
 
     def case(self, config: Config, task: int) -> Case:
         """Disk of a task, which is its number."""
-        return Case(config, deviation(config, 0, task), task)
+        return Case(config, deviation(config, 0, task))
 
     def next_round(self, file: ResultFile) -> Round:
         """The pending disks of the next estimate, until the goal is met or no disk is left.
@@ -110,7 +110,7 @@ class Rare(Trials):
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The probability, and the number of disks that it took."""
-        yield answer(file)
+        yield probability_in_words(file)
         if n := last_estimate(file)[0]:
             yield f"{n:,} disks, {np.count_nonzero(beyond(file)[:n]):,} of them beyond the limit"
 
@@ -154,7 +154,7 @@ def last_estimate(file: ResultFile) -> tuple[int, np.ndarray]:
     return int(file.read("n_disks")[known[-1]]), estimates[:, known[-1]]
 
 
-def answer(file: ResultFile) -> str:
+def probability_in_words(file: ResultFile) -> str:
     """The probability, in words."""
     limits, (n, (chance, low, high)) = file.config.limits, last_estimate(file)
     of = [f"{limits.amplitude_mm:g} mm"] if limits.amplitude_mm is not None else []

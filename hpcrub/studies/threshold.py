@@ -132,7 +132,7 @@ class Threshold(Trials):
     def case(self, config: Config, task: tuple[int, int]) -> Case:
         """Input and disk of a task; task: indices of value and disk."""
         here = at_value(config, float(config.threshold.values[task[0]]))
-        return Case(here, deviation(here, 0, task[1]), task)
+        return Case(here, deviation(here, 0, task[1]))
 
     def next_round(self, file: ResultFile) -> Round:
         """The pending disks of the next value to test; its order does not depend on other disks."""
@@ -148,7 +148,7 @@ class Threshold(Trials):
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""
-        yield answer(file)
+        yield crossing_in_words(file)
         n_done, n_values = int(file.read("n_disks").sum()), len(file.config.threshold.values)
         share = n_done / (n_values * file.config.mistuning.samples)
         yield (
@@ -206,7 +206,7 @@ def search_of(file: ResultFile) -> Search:
     return Search(n_disks, n_above, file.config.threshold.probability, most)
 
 
-def answer(file: ResultFile) -> str:
+def crossing_in_words(file: ResultFile) -> str:
     """The value that meets the limit, in words."""
     asked, (low, high) = file.config.threshold, file.read("crossing")
     what = f"the probability of exceeding the limit crosses {100 * asked.probability:g} %"

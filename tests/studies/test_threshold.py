@@ -127,6 +127,18 @@ def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):
     assert re.search(r"one.h5: \d+ of at most 300 disks, converged\n", capfd.readouterr().out)
 
 
+def test_a_file_is_complete_once_its_answer_is_written_with_whatever_rounding(brute):
+    folder, *_ = brute
+    shutil.copy(folder / "one.h5", folder / "rounded.h5")
+    with open_result(folder / "rounded.h5", mode="r+") as file:
+        low = file.read("probability_low")
+        file.write({"probability_low": low * (1.0 + 1e-12)}, ())
+        assert THRESHOLD.is_enough(file)
+        assert not THRESHOLD.next_round(file).tasks
+        file.write({"crossing": np.full(2, np.nan)}, ())  # as if killed before
+        assert not THRESHOLD.is_enough(file)
+
+
 def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
     folder, *_ = brute
     shutil.copy(folder / "one.h5", folder / "lost.h5")

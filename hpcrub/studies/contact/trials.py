@@ -27,7 +27,6 @@ class Case(NamedTuple):
 
     config: Config  # with the changed input
     blades: np.ndarray  # stiffness deviations (N,) [-]
-    where: Any  # row of the table
 
 
 def table(*dimensions: str, note: str = "") -> tuple[Dataset, ...]:
@@ -51,14 +50,14 @@ class Trials(Study):
         raise NotImplementedError
 
     def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
-        """Compute the largest amplitude and stress of a disk; those in the file are yielded."""
+        """Compute the largest amplitude and stress of a disk, as far as `datasets` has them."""
         case = self.case(config, task)
         if case is None:
             return
         own = problem if case.config is config else _problem_of(case.config.to_yaml())
         found = peaks_of(case.config, own, case.blades, poll)
         there = {line.name for line in self.datasets}
-        yield from ((name, case.where, found[name]) for name in found if name in there)
+        yield from ((name, task, found[name]) for name in found if name in there)
 
 
 @lru_cache(maxsize=4)
