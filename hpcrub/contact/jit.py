@@ -19,18 +19,13 @@ import numba
 from numba.core import types
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
-from numba.core.imputils import lower_getattr
+from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.cpython.tupleobj import namedtuple_getattr
 
 from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
 from hpcrub.contact.machine import shape
 
-STATIC_METHODS = (  # compiled methods of contact laws, observers and surfaces
-    "predict", "forces", "press", "observe",
-    "tick", "meet", "near", "relieve", "total", "keep",
-    "comply", "follow", "line", "check", "wear", "despair",
-)  # fmt: skip
 COMPILED_ROOMS = "contact", "model", "response"  # rooms with code that numba compiles
 
 
@@ -97,8 +92,8 @@ def _foreign_sources(kind):
         return set().union(*map(_foreign_sources, kind))
     if not isinstance(kind, types.BaseNamedTuple):
         return set()
-    home = kind.instance_class.__module__
-    others = _foreign_sources(tuple(kind.types))
+    home = kind.instance_class.__module__  # type: ignore[attr-defined]
+    others = _foreign_sources(tuple(kind.types))  # type: ignore[attr-defined]
     if home.startswith("hpcrub."):
         return others
     try:
@@ -119,9 +114,10 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
     """
 
     def decorate(f):
-        if numba.config.DISABLE_JIT:
+        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return f
-        dispatcher = numba.njit(
+        njit: Any = numba.njit  # its types lack options that it has
+        dispatcher = njit(
             f,
             error_model="numpy",
             nogil=True,
@@ -130,7 +126,7 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
             no_cfunc_wrapper=True,
             no_cpython_wrapper=inner,
         )
-        if numba.config.CACHE_DIR:
+        if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
             dispatcher._cache = _Cache(f)
         dispatcher.get_call_template = _without_literals(dispatcher.get_call_template)
         return dispatcher
@@ -153,27 +149,22 @@ def _without_literals(template_of):
 class _StaticMethods(AttributeTemplate):
     """Makes ``law.forces`` the compiled static method of the law's class in compiled code, too.
 
-    The type of a law or observer then chooses the code when its caller is compiled.
+    The type of a law, surface or observer then chooses the code when its caller is compiled.
     """
 
     key = types.BaseNamedTuple
 
     def generic_resolve(self, value: Any, attr: str) -> Any:  # type: ignore[override]
-        """Numba type of a method in STATIC_METHODS; None for other attributes."""
-        method = getattr(value.instance_class, attr, None) if attr in STATIC_METHODS else None
+        """Numba type of a compiled method; None for other attributes, such as fields."""
+        method = getattr(value.instance_class, attr, None)
         return types.Dispatcher(method) if isinstance(method, Dispatcher) else None
 
 
-def _lower(name):
-    """Let numba read the attribute ``name`` of a named tuple: a method, or a field elsewhere."""
-
-    def read(context, builder, kind, value):
-        if name in kind.fields:
-            return namedtuple_getattr(context, builder, kind, value, name)
-        return context.get_dummy_value()
-
-    lower_getattr(types.BaseNamedTuple, name)(read)
-
-
-for _name_ in STATIC_METHODS:
-    _lower(_name_)
+# more specific kinds than that of numba's own function, which knows fields alone
+@lower_getattr_generic(types.NamedTuple)
+@lower_getattr_generic(types.NamedUniTuple)
+def _read(context, builder, kind, value, name):
+    """Read an attribute of a named tuple: a field, or a method, which has no value at run time."""
+    if name in kind.fields:
+        return namedtuple_getattr(context, builder, kind, value, name)
+    return context.get_dummy_value()
