@@ -13,7 +13,7 @@ from hpcrub.results import tables
 from hpcrub.setup import input_files
 from hpcrub.setup.disks import deviation, fixed_disks, run_deviation, sigma_of
 from hpcrub.studies import open_result
-from tests.program import TINY, refusal, run_here, run_on
+from tests.program import TINY, refusal, run_here
 
 PROFILE = "angle_deg,radius_change_mm\n0,-0.5\n90,0\n180,-0.4\n270,0.1\n"
 
@@ -246,15 +246,13 @@ def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
     np.testing.assert_array_equal(fixed_disks(first), [run_deviation(first, 0), PATTERNS[0] / 100])
 
 
-@pytest.mark.mpi
 def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, capfd):
     csv_of(tmp_path / "disks.csv", PATTERNS[:2])
     levels = "mistuning: {half_range_percent: [2, 4], samples: 2, checked_samples: 0}"
     for name, pattern in (("all", "disks.csv"), ("one", PATTERNS[1].tolist())):
         text = TINY.replace(levels, f"mistuning: {{pattern: {pattern}, reference: symmetric}}")
         (tmp_path / f"{name}.yaml").write_text(text)
-    run_on(2, "all.yaml", "--output", "all.h5", folder=tmp_path)
-    assert run_here("one.yaml", "--output", "one.h5", folder=tmp_path) == 0
+        assert run_here(f"{name}.yaml", "--output", f"{name}.h5", folder=tmp_path) == 0
     with open_result(tmp_path / "all.h5") as many, open_result(tmp_path / "one.h5") as one:
         np.testing.assert_array_equal(many.read("samples/deviation", 0), PATTERNS[:2] / 100)
         for name in ("amplification", "amplitude_m", "linear_amplification"):

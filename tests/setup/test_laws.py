@@ -1,4 +1,4 @@
-"""A contact law of one's own, named in an input: the bits of Python on any ranks, and refusals.
+"""A contact law of one's own, named in an input: the bits of Python, and refusals.
 
 The law is that of `inputs/spring_law.py`, which `tests.contact.laws.test_laws` holds against an
 exact motion.
@@ -13,7 +13,7 @@ from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from inputs.spring_law import Spring
-from tests.program import ROOT, TINY, computed, contents, datasets, load, run_here, run_on
+from tests.program import ROOT, TINY, computed, contents, load, run_here
 from tests.studies.common import refused_study
 
 TEXT = f'{TINY}contact: {{own_law: "spring.py:Spring", friction: 0}}\n'
@@ -47,11 +47,6 @@ def test_a_study_is_what_python_computes_with_the_law(folder, monkeypatch):
     study = contents(folder / "one.h5")["samples/amplitude_m"][0, 0]
     np.testing.assert_array_equal(study, own)
     assert not np.array_equal(study, rigid)
-
-
-def test_two_ranks_give_the_same_bits(folder):
-    run_on(2, "study.yaml", "--output", "two.h5", folder=folder)
-    assert datasets(folder / "two.h5") == datasets(folder / "one.h5")
 
 
 @pytest.mark.parametrize(("own", "message"), WRONG.items())

@@ -7,17 +7,7 @@ from hpcrub.ranks import progress
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
-from tests.program import datasets, end_of_log, run_here, run_on
-
-
-def assert_two_ranks_give(expected, folder, *options):
-    """Two ranks write the same bits to two.h5; returns how many tasks they log as done."""
-    run_on(2, "study.yaml", "--output", "two.h5", *options, folder=folder)
-    logged = end_of_log(folder / "two.h5")
-    assert logged["done_in_this_run"] > 0
-    assert logged["idle_share"] < 1.0
-    assert datasets(folder / "two.h5") == expected
-    return logged["done_in_this_run"]
+from tests.program import run_here
 
 
 def lines_of_progress(folder, capsys, *options):

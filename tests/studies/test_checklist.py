@@ -1,4 +1,4 @@
-"""What moves the answer of a contact study: beside runs of the changed input, and on ranks."""
+"""What moves the answer of a contact study: beside runs of the changed input."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from hpcrub.results.verdict import Verdict
 from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.studies import open_result
 from hpcrub.studies.checklist import CHANGES, STUDY, moved
-from tests.program import TINY, computed, contents, load, run_on, swept
+from tests.program import TINY, computed, contents, load, swept
 
 TEXT = TINY + "study: checklist\nchecklist: {disks: 2}\n"
 NUMBER = {change.what: number for number, change in enumerate(CHANGES)}
@@ -94,10 +94,3 @@ def test_a_change_counts_where_it_is_more_than_chance(found):
     assert lines[1] == f"{words}: time.step_s"
     assert "half the damping moves the answer by +31 %: material.damping_ratio must" in lines[-1]
     assert not any("twice the modes" in line for line in lines)
-
-
-@pytest.mark.mpi
-def test_two_ranks_have_the_same_bits(found):
-    folder, size = found
-    run_on(2, "study.yaml", "--output", "two.h5", folder=folder)
-    np.testing.assert_array_equal(contents(folder / "two.h5")["peak_amplitude_m"], size)

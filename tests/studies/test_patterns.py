@@ -1,4 +1,4 @@
-"""Patterns of blade types: beside all disks of all patterns, on ranks, after a stop."""
+"""Patterns of blade types: beside all disks of all patterns, after a stop."""
 
 import shutil
 
@@ -17,8 +17,8 @@ from hpcrub.studies import open_result
 from hpcrub.studies.patterns import STUDY as PATTERNS
 from hpcrub.studies.patterns import Rounds, in_letters
 from tests.plot.drawn import lines
-from tests.program import TINY, computed, contents, datasets, load, run_here, run_on, swept
-from tests.studies.common import assert_two_ranks_give, refused_study
+from tests.program import TINY, computed, contents, datasets, load, run_here, swept
+from tests.studies.common import refused_study
 
 N = 256
 TEXT = (
@@ -100,11 +100,10 @@ def test_disks_in_contact_that_are_lost_or_move_too_far_are_told(found):
     assert "outside small displacements, 200 mm" in lines[0]
 
 
-@pytest.mark.mpi
-def test_two_ranks_and_a_stop_give_the_same_bits(found):
+def test_a_stop_changes_no_bit(found):
     folder, *_ = found
     first = datasets(folder / "one.h5")
-    assert_two_ranks_give(first, folder)
+    shutil.copy(folder / "one.h5", folder / "two.h5")
     with h5py.File(folder / "two.h5", "r+") as file:  # as if it had been stopped on its way
         for name in ("amplification", "least_damping_ratio", "contact_amplitude_m"):
             file[name][3:] = np.nan
@@ -114,13 +113,11 @@ def test_two_ranks_and_a_stop_give_the_same_bits(found):
     assert datasets(folder / "two.h5") == first
 
 
-@pytest.mark.mpi
 def test_of_many_patterns_a_quarter_are_neighbours_of_the_best(tmp_path):
-    """Eight blades have 34 patterns: 15 of them, then 5 by a search; on two ranks, and resumed."""
+    """Eight blades have 34 patterns: 15 of them, then 5 by a search; and resumed."""
     text = TEXT.replace(f"samples: {N}", "samples: 64").replace("n_blades: 6", "n_blades: 8")
     text = text.replace("contact_samples: 2", "contact_samples: 0, candidates: 20")
-    (tmp_path / "study.yaml").write_text(text)
-    run_on(2, "study.yaml", "--output", "two.h5", folder=tmp_path)
+    computed(tmp_path, text, output="two.h5")
     with h5py.File(tmp_path / "two.h5", "r+") as file:
         words, percentile = file["types"][()], file["percentile"][()]
         assert len(words) == len({tuple(word) for word in words}) == 21

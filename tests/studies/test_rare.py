@@ -1,4 +1,4 @@
-"""A small probability: beside brute force, on ranks, after a stop."""
+"""A small probability: beside brute force, after a stop."""
 
 import re
 import shutil
@@ -14,7 +14,6 @@ from hpcrub.studies import open_result, rare
 from tests.plot.drawn import lines
 from tests.program import TINY, contents, datasets, run_here
 from tests.studies.common import (
-    assert_two_ranks_give,
     largest_amplitudes,
     lines_of_progress,
     refused_study,
@@ -76,12 +75,6 @@ def test_it_ends_by_the_first_disks_of_brute_force_that_tell_enough(brute, sampl
         if enough:
             break
     assert np.isnan(found["probability"][place + 1 :]).all()
-
-
-@pytest.mark.mpi
-def test_two_ranks_give_the_same_bits(brute, sampled):
-    n_done = assert_two_ranks_give(datasets(sampled), brute[0])
-    assert n_done == np.count_nonzero(contents(sampled)["status"])
 
 
 def cut(path, n):

@@ -1,14 +1,13 @@
 """Studies other than contact, each on a tiny case: what they compute, store and draw.
 
 Truth: closed forms of a tuned disk, brute force over speeds for linear peaks, the binomial coverage
-of an interval, and that ranks and interruptions change nothing; of branches, which are motions from
-several initial states: the sweep from rest, whole histories that go on, a sweep that is made up
-(how motions are told apart is in test_coexistence.py).
+of an interval; of branches, which are motions from several initial states: the sweep from rest,
+sweeps from speed to speed, whole histories that go on (how motions are told apart is in
+test_coexistence.py).
 """
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
@@ -24,7 +23,7 @@ from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import STUDIES, branches, open_result, time_response
 from tests.plot.stored import File
-from tests.program import ROOT, TINY, datasets, run_here, run_on, swept, whole
+from tests.program import ROOT, TINY, swept, whole
 
 
 def compute(name, *overrides, options=()):
@@ -98,21 +97,6 @@ def test_linear_amplification_is_that_of_a_fine_search(folder):
             for blades in (np.zeros(12), deviation)
         ]  # fmt: skip
         assert amplification[1, d, 55] == pytest.approx(peak[1] / peak[0], rel=1e-4)
-
-
-@pytest.mark.mpi
-def test_tasks_on_several_ranks_are_the_same_bits(folder):
-    """Of a study that one rank has begun."""
-    keys = "mistuning.samples=60", "linear.n_diameters=[4]", "reduction.n_modes=12"
-    overrides = [f"--set={key}" for key in keys]
-    study = ROOT / "inputs" / "linear.yaml", *overrides, "--output", "a.h5"
-    assert run_here(*study) == 0
-    expected = datasets("a.h5")
-    with h5py.File("a.h5", "r+") as file:  # as an interrupted run would leave it
-        file["status"][2:] = 0
-        file["amplification"][1] = np.nan
-    run_on(3, *study, "--resume", folder=folder)
-    assert datasets("a.h5") == expected
 
 
 QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
