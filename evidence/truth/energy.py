@@ -75,7 +75,7 @@ def audit(bank, n_steps, scene=None):
     scheme, state, parts = bank.scheme, bank.state, []
     inverse = np.divide(1.0, scheme.gain, out=np.zeros_like(scheme.gain), where=scheme.gain > 0.0)
     inertia, loss = (1.0 + scheme.decay) * inverse / 4.0, (1.0 - scheme.decay) * inverse / 4.0
-    spring = np.reshape(scheme.squared, (len(inverse), -1)) / 2.0
+    spring = np.reshape(scheme.omega2, (len(inverse), -1)) / 2.0
     surface = Surface(bank, scene) if scene and (scene.coating or scene.elastic_casing) else None
     q, d, start, done = state.position.copy(), state.increment.copy(), state.n_steps.copy(), 0
     first = np.sum(inertia * d**2 + spring * q * (q - d), axis=0)
@@ -93,7 +93,7 @@ def audit(bank, n_steps, scene=None):
         all_forces = np.sum(by_all * moved, axis=1) / 2.0
         taken = force * (depth[2:] - depth[:-2]) / 2.0
         tips, external = taken.sum(axis=1), np.zeros_like(normal)
-        if len(scheme.external):
+        if scheme.external is not None:
             modal = scheme.external[rows % len(scheme.bump), :, None]
             external = np.sum(modal * moved, axis=1) / 2.0
         impact, *given = tips, *np.zeros((4, *tips.shape))
@@ -182,7 +182,7 @@ def _at_rest(scheme, values, n):
 
 def _normal(bank):
     """Normal displacement of the contact points per modal coordinate, without the padding."""
-    return bank.scheme.normal[:, np.isfinite(bank.scheme.own[0])].T
+    return bank.scheme.normal[:, np.isfinite(bank.scheme.point_clearance[0])].T
 
 
 def _penetration(bank, q, start, n):
@@ -190,9 +190,9 @@ def _penetration(bank, q, start, n):
 
     Returns (m, C, L) [m].
     """
-    scheme, n_points = bank.scheme, np.count_nonzero(np.isfinite(bank.scheme.own))
+    scheme, n_points = bank.scheme, np.count_nonzero(np.isfinite(bank.scheme.point_clearance))
     t = np.maximum(start + n[:, None], 0) * scheme.step
     grown = np.vectorize(casing.ramp, otypes=[float])(t, scheme.ramp_time)[:, None]
     bump = scheme.bump[(n - 1) % len(scheme.bump), :n_points, None]
-    clearance = scheme.clearance + scheme.own[0, :n_points, None]
+    clearance = scheme.clearance + scheme.point_clearance[0, :n_points, None]
     return grown * bump + _normal(bank) @ q - clearance

@@ -117,7 +117,8 @@ def recorded(bank, n_steps, most=AT_ONCE):
         part, n_tables = bank, left // n_rows
         if first or not n_tables:
             rows, n_tables = slice(first, first + left), 1
-            part = scheme._replace(bump=scheme.bump[rows], external=scheme.external[rows])
+            load = None if scheme.external is None else scheme.external[rows]
+            part = scheme._replace(bump=scheme.bump[rows], external=load)
             part = bank._replace(scheme=part)
         n = n_tables * len(part.scheme.bump)
         kept = bank.state.position, bank.state.increment, bank.state.multiplier

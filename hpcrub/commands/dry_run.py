@@ -72,9 +72,10 @@ def _share_left(run, existing):
     if not existing.resume or not os.path.lexists(run.config.output):
         return 1.0
     with open_result(run.config.output) as file:
-        n_done = np.count_nonzero(file.status != PENDING)
+        parts = run.study.parts(file)
+        n_done = np.count_nonzero(parts != PENDING)
         expected = run.study.next_round(file).expected or 0
-        goal = expected if n_done < expected else file.status.size
+        goal = expected if n_done < expected else parts.size
         there = 1.0 if run.study.is_enough(file) else n_done / goal
     say(f"already there:        {100 * there:.3g} %")
     return 1.0 - there

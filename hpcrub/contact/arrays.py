@@ -22,15 +22,15 @@ class Scheme(NamedTuple):
     decay: np.ndarray  # (K, L) [-]
     gain: np.ndarray  # (K, L) [s²]
     # ω² [rad²/s²]: (K,), or (K, L) where it depends on the speed of rotation of a lane
-    squared: np.ndarray
+    omega2: np.ndarray
     # observed displacements that unit multipliers add in their step ((F + 1)·O, L) [m/N]; (0, L)
     # where the corrector comes before the record
-    moved: np.ndarray
+    observed_per_force: np.ndarray
     clearance: np.ndarray  # clearance of the casing at the speed of each lane (1, L) [m]
-    own: np.ndarray  # clearance that each point adds (1, C) [m]; infinite for padding
+    point_clearance: np.ndarray  # clearance that each point adds (1, C) [m]; infinite for padding
     step: np.ndarray  # time step h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # heights of the casing at each step of a block (P, C) [m]
-    external: np.ndarray  # (P, K) modal forces of the load [N/√kg]; (0, K) without a load
+    external: Any  # modal forces of the load (P, K) [N/√kg]; None without a load
     # cosine and sine of the angle by which each pair of rows turns in a step (n, L): complex modes
     # of a disk in air, then pairs of a casing that vibrates, which are the last n rows of a motion
     turn: np.ndarray
@@ -43,7 +43,8 @@ class State(NamedTuple):
 
     position: np.ndarray  # modal coordinates q (K, L) [m·√kg]
     increment: np.ndarray  # increments d of q in the last step (K, L) [m·√kg]
-    before: Any  # d at the end of the step before (K, L) [m·√kg]; None where friction never turns
+    # d at the end of the step before (K, L) [m·√kg]; None where friction never turns
+    increment_before: Any
     penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
     multiplier: np.ndarray  # λ (F + 1, L) [N]; the last row stays zero
     depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver
@@ -60,7 +61,7 @@ SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `State.report`
 
 # Arrays with one column (or one number) per lane; laws and records name theirs in `per_lane`
 PER_LANE = {
-    Scheme: ("decay", "gain", "moved", "clearance", "step", "turn"),
+    Scheme: ("decay", "gain", "observed_per_force", "clearance", "step", "turn"),
     State: tuple(name for name in State._fields if name != "active"),
 }
 
@@ -79,14 +80,14 @@ class Bank(NamedTuple):
 
     def take(self, lanes: Sequence[int]) -> "Bank":
         """Bank with copies of some of the lanes."""
-        return together(Bank(*(take_lanes(group, lanes) for group in self)))
+        return packed(Bank(*(take_lanes(group, lanes) for group in self)))
 
 
 def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
     """Group of arrays with copies of some of its lanes."""
     members = set(PER_LANE.get(type(group)) or group.per_lane())
-    if isinstance(group, Scheme) and group.squared.ndim == 2:  # else all lanes share it
-        members.add("squared")
+    if isinstance(group, Scheme) and group.omega2.ndim == 2:  # else all lanes share it
+        members.add("omega2")
     taken = {}
     for name in members:
         member = getattr(group, name)
@@ -97,7 +98,7 @@ def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
     return group._replace(**taken)
 
 
-def together(group: Any) -> Any:
+def packed(group: Any) -> Any:
     """Copy of a tuple of arrays, of tuples of arrays and of numbers, in one piece of memory.
 
     Every array begins with a cache line, so that no vector straddles two. When every array lay by

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane, together
+from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane, packed
 from hpcrub.contact.lanes import TILE, lane_arrays
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.laws.solid import Solid
@@ -30,18 +30,18 @@ def allocate(
     speeds_hz: speeds of the first lanes, at most ``width`` [Hz]; the other lanes are idle.
     """
     law = scene.law or (Solid if len(modes.axial) else Planar)
-    scheme = _allocate_scheme(modes, scene, grid, width, law)
+    rows = modes.rows
+    scheme = _allocate_scheme(modes, rows, scene, grid, width, law)
     state = _allocate_state(scheme, width, len(modes.axial) > 0)
-    bank = together(Bank(scheme, state, law.allocate(modes.joined, scene, grid, width)))
+    bank = packed(Bank(scheme, state, law.allocate(rows, scene, grid, width)))
     for lane, speed in enumerate(speeds_hz):
         h = 1.0 / (speed * grid.steps_per_revolution)
         fill_lane(bank, lane, modes.at(speed), scene.at(speed), h)
     return bank
 
 
-def _allocate_scheme(modes, scene, grid, width, law):
-    interface, rows, pairs = scene.interface, modes.joined, modes.pairs
-    normal = columns(rows.normal)
+def _allocate_scheme(modes, rows, scene, grid, width, law):
+    interface, normal = scene.interface, columns(rows.normal)
     bump = scene.casing.table(interface.angle, grid.steps_per_revolution, grid.steps_per_block)
     own = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
     own[0, : len(modes.normal)] = interface.clearance
@@ -57,16 +57,18 @@ def _allocate_scheme(modes, scene, grid, width, law):
         load=load,
         decay=np.zeros((n_modes, width)),
         gain=np.zeros((n_modes, width)),
-        squared=np.zeros((n_modes, width)) if len(modes.stiffening) else rows.omega**2,
+        omega2=np.zeros((n_modes, width)) if len(modes.stiffening) else rows.omega**2,
         # the three forces of a point in three dimensions would take longer than the corrector
-        moved=np.zeros((0 if len(modes.axial) else len(load) * observed.shape[1], width)),
+        observed_per_force=np.zeros(
+            (0 if len(modes.axial) else len(load) * observed.shape[1], width)
+        ),
         clearance=np.full((1, width), scene.clearance),
-        own=own,
+        point_clearance=own,
         step=np.zeros(width),
         bump=columns(bump.T),
-        external=_engine_order_forces(modes, scene, grid),
+        external=_engine_order_forces(modes, rows, scene, grid),
         turn=_turns(modes, grid, width),
-        casing=2 * len(pairs.omega),
+        casing=2 * len(modes.pairs.omega),
         ramp_time=scene.ramp_time,
     )
 
@@ -81,16 +83,17 @@ def _turns(modes, grid, width):
     return turn
 
 
-def _engine_order_forces(modes, scene, grid):
-    """Modal forces of the travelling load at the start of every step of a block (P or 0, K)."""
+def _engine_order_forces(modes, rows, scene, grid):
+    """Modal forces of the travelling load at the start of every step of a block (P, K), or None."""
     if not scene.load:
-        return np.zeros((0, modes.n_rows))
+        return None
     interface = scene.interface
     turned = np.arange(grid.steps_per_block) * (2.0 * np.pi / grid.steps_per_revolution)
     load = scene.load * interface.share
     force = load * np.cos(scene.load_order * (interface.angle + turned[:, None]))
-    disk_alone = ((0, 0), (0, 2 * len(modes.pairs.omega)))
-    return np.pad(force @ modes.in_air.forces[0], disk_alone)
+    n_casing = 2 * len(modes.pairs.omega)
+    on_disk = rows.forces[0][:, : modes.n_rows - n_casing]
+    return np.pad(force @ on_disk, ((0, 0), (0, n_casing)))
 
 
 def _allocate_state(scheme, width, turns):
@@ -101,7 +104,7 @@ def _allocate_state(scheme, width, turns):
             width, position=n_modes, increment=n_modes, penetration=n_points + 1,
             multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
         ),
-        before=np.zeros((n_modes, width)) if turns else None,
+        increment_before=np.zeros((n_modes, width)) if turns else None,
         active=np.full(n_forces + ROOM, n_forces - 1),
         n_steps=np.zeros(width, dtype=np.int64),
     )  # fmt: skip
@@ -124,22 +127,22 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> No
     """
     empty_lane(bank, lane)
     scheme, ratios = bank.scheme, modes.damping_ratios(scene.damping_ratio)
-    waves, n_real, modes = modes.waves, len(modes.real), modes.joined
-    scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(scene.scheme, modes.omega, ratios, h)
+    rows, waves, n_real = modes.rows, modes.waves, len(modes.real)
+    scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(scene.scheme, rows.omega, ratios, h)
     if waves:
         _fill_waves(bank, lane, n_real, waves.eigenvalue, h)
     if len(turn := scheme.turn[:, lane]):
-        modes = _kicked(modes, turn[::2], turn[1::2])
-    if scheme.squared.ndim == 2:
-        scheme.squared[:, lane] = modes.omega**2
-    if len(scheme.moved):
-        kicks = scheme.load[:, : len(modes.omega)] * scheme.gain[:, lane]
-        moved = scheme.moved[:, lane].reshape(len(kicks), -1)  # a view
+        rows = _kicked(rows, turn[::2], turn[1::2])
+    if scheme.omega2.ndim == 2:
+        scheme.omega2[:, lane] = rows.omega**2
+    if len(scheme.observed_per_force):
+        kicks = scheme.load[:, : len(rows.omega)] * scheme.gain[:, lane]
+        moved = scheme.observed_per_force[:, lane].reshape(len(kicks), -1)  # a view
         # not a matrix product, whose rounding may depend on the padding
-        np.einsum("fk,ok->fo", kicks, modes.observed, out=moved[:, : len(modes.observed)])
+        np.einsum("fk,ok->fo", kicks, rows.observed, out=moved[:, : len(rows.observed)])
     scheme.step[lane], scheme.clearance[0, lane] = h, scene.clearance
-    bank.law.fill(bank, lane, modes, scene)
-    if len(scheme.external):
+    bank.law.fill(bank, lane, rows, scene)
+    if scheme.external is not None:
         _halve_first_impulse(bank, lane, n_real)
 
 
@@ -169,18 +172,17 @@ def _fill_waves(bank, lane, first, eigenvalue, h):
     scheme.turn[0:n:2, lane], scheme.turn[1:n:2, lane] = np.cos(angle), -np.sin(angle)
 
 
-def _kicked(modes, cosine, sine):
-    """Modes whose last rows are pairs, with `normal` and `observed` turned against a kick."""
+def _kicked(rows, cosine, sine):
+    """Rows whose last are pairs, with `normal` and `observed` turned against a kick."""
 
-    def moved(rows):
-        turned, first = rows.copy(), rows.shape[1] - 2 * len(cosine)
-        re, im = rows[:, first::2], rows[:, first + 1 :: 2]
+    def moved(displacement):
+        turned, first = displacement.copy(), displacement.shape[1] - 2 * len(cosine)
+        re, im = displacement[:, first::2], displacement[:, first + 1 :: 2]
         turned[:, first::2] = cosine * re - sine * im
         turned[:, first + 1 :: 2] = sine * re + cosine * im
         return turned
 
-    normal, observed = moved(modes.normal), moved(modes.observed)
-    return modes._replace(normal=normal, observed=observed, load=modes.forces)
+    return rows._replace(normal=moved(rows.normal), observed=moved(rows.observed))
 
 
 def set_motion(

@@ -19,18 +19,13 @@ import numba
 from numba.core import types
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
-from numba.core.imputils import lower_getattr
+from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.cpython.tupleobj import namedtuple_getattr
 
 from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
 from hpcrub.contact.machine import shape
 
-STATIC_METHODS = (  # compiled methods of contact laws, observers and surfaces
-    "predict", "forces", "press", "observe",
-    "tick", "meet", "near", "relieve", "total", "keep",
-    "comply", "follow", "line", "check", "wear", "despair",
-)  # fmt: skip
 COMPILED_ROOMS = "contact", "model", "response"  # rooms with code that numba compiles
 
 
@@ -154,27 +149,22 @@ def _without_literals(template_of):
 class _StaticMethods(AttributeTemplate):
     """Makes ``law.forces`` the compiled static method of the law's class in compiled code, too.
 
-    The type of a law or observer then chooses the code when its caller is compiled.
+    The type of a law, surface or observer then chooses the code when its caller is compiled.
     """
 
     key = types.BaseNamedTuple
 
     def generic_resolve(self, value: Any, attr: str) -> Any:  # type: ignore[override]
-        """Numba type of a method in STATIC_METHODS; None for other attributes."""
-        method = getattr(value.instance_class, attr, None) if attr in STATIC_METHODS else None
+        """Numba type of a compiled method; None for other attributes, such as fields."""
+        method = getattr(value.instance_class, attr, None)
         return types.Dispatcher(method) if isinstance(method, Dispatcher) else None
 
 
-def _lower(name):
-    """Let numba read the attribute ``name`` of a named tuple: a method, or a field elsewhere."""
-
-    def read(context, builder, kind, value):
-        if name in kind.fields:
-            return namedtuple_getattr(context, builder, kind, value, name)
-        return context.get_dummy_value()
-
-    lower_getattr(types.BaseNamedTuple, name)(read)
-
-
-for _name_ in STATIC_METHODS:
-    _lower(_name_)
+# more specific kinds than that of numba's own function, which knows fields alone
+@lower_getattr_generic(types.NamedTuple)
+@lower_getattr_generic(types.NamedUniTuple)
+def _read(context, builder, kind, value, name):
+    """Read an attribute of a named tuple: a field, or a method, which has no value at run time."""
+    if name in kind.fields:
+        return namedtuple_getattr(context, builder, kind, value, name)
+    return context.get_dummy_value()

@@ -5,16 +5,18 @@ vector that holds a quantity of every lane, and a *tile* is a tuple of vectors t
 registers. numba alone keeps neither in registers (a loop over lanes loads and stores its
 accumulators at every pass), which costs a factor of three to five here.
 
-Every function below is plain Python, in which a lane vector is a NumPy row; so ``kernel.py_func``
-runs unchanged in plain Python. Compiled, each function becomes a few LLVM vector instructions
-(`simd`), as do sums, differences, products and comparisons of vectors, and of vectors and numbers.
+Every function below is plain Python, in which a lane vector is a NumPy row and a tile a matrix; so
+``kernel.py_func`` runs unchanged in plain Python. Compiled, each function becomes a few LLVM vector
+instructions (`simd`), as do sums, differences, products and comparisons of vectors, and of vectors
+and numbers.
 
 Lane arrays have shape (rows, width) and are C-contiguous. ``lanes`` is a tuple of ``width`` zeros
 whose *length* tells the compiler the vector width; the length of a tuple ``tile`` tells the size of
-a tile. Functions that work lane by lane take a number in place of a vector for all lanes. Modules
-that use many of these functions import this one as ``v``.
+a tile. Functions that work lane by lane take a number in place of a vector for all lanes, and some
+of them a tile. Modules that use many of these functions import this one as ``v``.
 """
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -38,14 +40,17 @@ def splat(lanes: tuple, x: float) -> np.ndarray:
     return np.full(len(lanes), x)
 
 
-def load(lanes: tuple, array: np.ndarray, row: int) -> np.ndarray:
-    """Row ``row`` of a lane array (rows, L), or entry ``row`` of an array that lanes share."""
-    return array[row].copy()
+def load(lanes: tuple, array: np.ndarray, rows: Any) -> Any:
+    """Row of a lane array (rows, L), or entry of an array that lanes share.
+
+    rows: a row, or a tuple of rows, which gives a tile.
+    """
+    return array[np.asarray(rows)].copy()
 
 
-def store(array: np.ndarray, row: int, vector: np.ndarray) -> None:
-    """Write ``vector`` to row ``row`` of a lane array (modified)."""
-    array[row] = vector
+def store(array: np.ndarray, rows: Any, vectors: Any) -> None:
+    """Write a vector to a row of a lane array (modified), or a tile to a tuple of rows."""
+    array[np.asarray(rows)] = vectors
 
 
 def fma(a: Any, b: Any, c: Any) -> np.ndarray:
@@ -56,6 +61,11 @@ def fma(a: Any, b: Any, c: Any) -> np.ndarray:
 def larger(a: Any, b: Any) -> np.ndarray:
     """The larger of a and b in every lane; b where a is NaN."""
     return np.where(a > b, a, b)
+
+
+def magnitude(a: Any) -> np.ndarray:
+    """|a| in every lane."""
+    return np.abs(a)
 
 
 def inverse(a: np.ndarray) -> np.ndarray:
@@ -79,19 +89,14 @@ def any_lane(mask: np.ndarray) -> bool:
     return bool(np.any(mask))
 
 
-def tile_splat(tile: tuple, vector: np.ndarray) -> tuple:
+def tile_splat(tile: tuple, vector: np.ndarray) -> Any:
     """A tile whose members are all ``vector``."""
-    return tuple(vector for _ in tile)
+    return np.array([vector for _ in tile])
 
 
-def tile_add(tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: Any) -> tuple:
+def tile_add(tile: Any, matrix: np.ndarray, row: int, columns: tuple, vector: Any) -> Any:
     """Tile plus, in member i, ``matrix[row, columns[i]]`` times the vector."""
-    return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
-
-
-def tile_fma(tile: tuple, array: np.ndarray, rows: tuple, vector: np.ndarray) -> tuple:
-    """Tile plus the vector times, in member i, row ``rows[i]`` of a lane array."""
-    return tuple(t + array[row] * vector for t, row in zip(tile, rows, strict=True))
+    return tile + matrix[row, np.array(columns), None] * vector
 
 
 def tile_advance(
@@ -110,39 +115,16 @@ def tile_advance(
         if before is not None:
             before[k] = d
         if step is not None:
-            d = scheme.decay[k] * d - (gain * scheme.squared[k]) * q
+            d = scheme.decay[k] * d - (gain * scheme.omega2[k]) * q
             if external is not None:
                 d = d + external[step, k] * gain
             q = q + d
         state.increment[k], state.position[k] = d, q
 
 
-def tile_gather(lanes: tuple, array: np.ndarray, rows: tuple) -> tuple:
-    """Tile of the rows of a lane array that the tuple ``rows`` names."""
-    return tuple(array[row].copy() for row in rows)
-
-
-def tile_store(array: np.ndarray, rows: tuple, tile: tuple) -> None:
-    """Write a tile to the rows of a lane array that the tuple ``rows`` names (modified)."""
-    for row, vector in zip(rows, tile, strict=True):
-        array[row] = vector
-
-
-def tile_replace(array: np.ndarray, rows: tuple, mask: np.ndarray, tile: tuple) -> None:
-    """Write a tile to the rows that ``rows`` names, in the lanes of a mask (array is modified)."""
-    for row, vector in zip(rows, tile, strict=True):
-        array[row] = select(mask, vector, array[row])
-
-
-def tile_rise(array: np.ndarray, rows: tuple, tile: tuple) -> None:
-    """Raise the rows of a lane array that ``rows`` names to the magnitudes of a tile (modified)."""
-    for row, vector in zip(rows, tile, strict=True):
-        array[row] = larger(np.abs(vector), array[row])
-
-
 def tile_relax(
-    coupling: np.ndarray, n_rows: int, rows: tuple, penetration: np.ndarray, x: tuple
-) -> tuple:
+    coupling: np.ndarray, n_rows: int, rows: tuple, penetration: np.ndarray, x: Any
+) -> Any:
     """One sweep of projected Gauss–Seidel for x_i = max(p_i − Σ C_ij x_j, 0).
 
     coupling: (n_rows², L) matrix C with zero diagonal, entry (i, j) in row i·n_rows + j [-].
@@ -160,20 +142,12 @@ def tile_relax(
         for b in (*range(a + 1, len(new)), *range(a)):
             depth = depth - coupling[row * n_rows + rows[b]] * new[b]
         new[a] = larger(depth, 0.0)
-    return tuple(new)
+    return np.array(new)
 
 
-def tile_distance(tile: tuple, other: tuple) -> np.ndarray:
-    """Largest |difference| of the members of two tiles, lane by lane."""
-    return np.max([np.abs(a - b) for a, b in zip(tile, other, strict=True)], axis=0)
-
-
-def tile_largest(tile: tuple) -> np.ndarray:
+def tile_largest(tile: Any) -> np.ndarray:
     """Largest member of a tile, lane by lane."""
-    result = tile[0]
-    for t in tile[1:]:
-        result = larger(t, result)
-    return result
+    return functools.reduce(lambda largest, one: larger(one, largest), tile)
 
 
 def indices(tile: tuple, array: np.ndarray, first: int) -> tuple:

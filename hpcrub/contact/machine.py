@@ -18,7 +18,7 @@ from llvmlite import binding
 NUMBER = 8  # [bytes]
 TILES = 12, 6, 4, 2, 1  # possible numbers of vectors in a tile
 LANES = 4, 8, 16  # possible numbers of lanes
-FEWEST = 4  # vectors of a tile: with fewer, the modes are read too often
+FEWEST_VECTORS = 4  # vectors of a tile: with fewer, the modes are read too often
 MODES = 84  # modes of the reference disk, whose motion and coefficients should fit the cache
 ROWS = 4  # numbers of a mode per lane: position, increment, decay and gain
 SMALL_CACHE = 32 << 10  # size [bytes] where the system does not tell
@@ -71,7 +71,7 @@ def shape_for(machine: Machine) -> Shape:
     """Shape of the kernel for a machine.
 
     The sums of a tile stay in registers, beside a row of the modes and one factor. The shape has
-    the largest number of lanes that leaves room for FEWEST vectors in a tile and keeps the modes in
+    the largest number of lanes that leaves room for FEWEST_VECTORS in a tile and keeps the modes in
     the first-level cache. A block of modes fills three quarters of this cache.
     """
     shapes = []
@@ -79,7 +79,9 @@ def shape_for(machine: Machine) -> Shape:
         row = -(-lanes // machine.vector)
         tile = max(tile for tile in TILES if tile == 1 or (tile + 1) * row < machine.registers)
         shapes.append(shape_of(tile, lanes, machine))
-    fitting = [s for s in shapes if s.tile >= FEWEST and MODES * size_of(s.lanes) <= machine.cache]
+    fitting = [
+        s for s in shapes if s.tile >= FEWEST_VECTORS and MODES * size_of(s.lanes) <= machine.cache
+    ]
     return fitting[-1] if fitting else shapes[0]
 
 

@@ -11,15 +11,16 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import Bank, together
+from hpcrub.contact.arrays import Bank, packed
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import PLACES, TILE, TIPS
 from hpcrub.contact.passes import correct, pair_of_forces, project
 
 NO_LANES = np.zeros(0, dtype=np.int64)
-# A stress below NEAR of its largest so far is computed in every APART-th step only. This lost no
-# largest stress on 492 points of twelve disks; every second step alone loses up to 6 %.
-APART, NEAR = 3, 0.8
+# A stress below NEAR_PEAK of its largest so far is computed in every STRESS_STRIDE-th step only.
+# This lost no largest stress on 492 points of twelve disks; every second step alone loses up to
+# 6 %.
+STRESS_STRIDE, NEAR_PEAK = 3, 0.8
 
 
 @compiled(inline=True, inner=True)
@@ -30,7 +31,7 @@ def record_displacements(
     """Record the observed displacements after a step (bank and arrays are modified).
 
     Returns how many active points are left to correct. Each multiplier adds to the displacements
-    before the corrector; without `Scheme.moved` the corrector is applied first.
+    before the corrector; without `Scheme.observed_per_force` the corrector is applied first.
 
     history, peak: as in `Record`.
     row: place of the record in the ring; negative for a step that only counts for the peak.
@@ -38,7 +39,7 @@ def record_displacements(
     """
     scheme, state = bank.scheme, bank.state
     n_disk, n_observed = scheme.observed.shape[0] - scheme.casing, scheme.observed.shape[1]
-    if scheme.moved.shape[0] == 0:
+    if scheme.observed_per_force.shape[0] == 0:
         correct(lanes, scheme, state, n_active)
         n_active = 0
     for first in range(0, n_observed, TILE):
@@ -47,10 +48,12 @@ def record_displacements(
         for a in range(n_active):
             j = state.active[a]
             rows = v.consecutive(TIPS, j * n_observed + first)
-            seen = v.tile_fma(seen, scheme.moved, rows, v.load(lanes, state.multiplier, j))
+            kick = v.load(lanes, scheme.observed_per_force, rows)
+            seen = v.fma(kick, v.load(lanes, state.multiplier, j), seen)
         if row >= 0:
-            v.tile_store(history, v.consecutive(TIPS, row * n_observed + first), seen)
-        v.tile_rise(peak, v.consecutive(TIPS, block * n_observed + first), seen)
+            v.store(history, v.consecutive(TIPS, row * n_observed + first), seen)
+        rows = v.consecutive(TIPS, block * n_observed + first)
+        v.store(peak, rows, v.larger(v.magnitude(seen), v.load(lanes, peak, rows)))
     return n_active
 
 
@@ -171,7 +174,7 @@ class Record(NamedTuple):
         for i in range(len(record.watched)):
             lane = record.watched[i]
             now, peak = record.stress[0, lane], record.stress_peak[0, lane]
-            if step % APART == 0 or now > NEAR * peak:
+            if step % STRESS_STRIDE == 0 or now > NEAR_PEAK * peak:
                 now = largest_stress(bank, lane, record.work)
                 record.stress[0, lane] = now
                 record.stress_peak[0, lane] = max(peak, now)
@@ -202,7 +205,7 @@ class Record(NamedTuple):
             stride=stride,
             look=look,
         )
-        return together(record)
+        return packed(record)
 
 
 _NO = np.zeros((0, 1))

@@ -20,6 +20,8 @@ part in the penetrations, a tile of points at a time. All sums run in the order 
 modes.
 """
 
+from typing import Any
+
 import numpy as np
 
 from hpcrub.contact import lanes as v
@@ -72,33 +74,30 @@ def begin_gaps(
 ) -> tuple:
     """Penetrations of a tile of contact points before a block of modes is added [m].
 
-    Before the first mode they are s b − clearance, the penetrations of a disk at rest.
+    Before the first mode they are s b − clearance, minus `CasingShape.gap` of a disk at rest.
 
     first: first contact point; begin: first mode of the block.
     """
     points = v.consecutive(TIPS, first)
     if begin > 0:
-        return v.tile_gather(lanes, state.penetration, points)
+        return v.load(lanes, state.penetration, points)
     depth = v.tile_splat(TIPS, 0.0 - v.load(lanes, scheme.clearance, 0))
-    depth = v.tile_add(depth, scheme.own, 0, points, v.splat(lanes, -1.0))
+    depth = v.tile_add(depth, scheme.point_clearance, 0, points, v.splat(lanes, -1.0))
     return v.tile_add(depth, scheme.bump, step, points, v.load(lanes, state.ramp, 0))
 
 
 @compiled(inline=True, inner=True)
 def advance_tiles(
-    lanes: tuple, tile: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int,
-    end: int,
+    lanes: tuple, tile: tuple, scheme: Scheme, state: State, before: Any, step: int | None,
+    n_active: int, begin: int, end: int,
 ) -> None:  # fmt: skip
-    """Corrector and predictor of whole tiles of real modes (state is modified)."""
-    # Each branch compiles a loop without the question that the branch answers.
-    if scheme.external.shape[0] > 0:
-        for first in range(begin, end, len(tile)):
-            force = modal_forces(lanes, tile, scheme, state, n_active, first)
-            v.tile_advance(force, first, state, scheme, state.before, scheme.external, step)
-    else:
-        for first in range(begin, end, len(tile)):
-            force = modal_forces(lanes, tile, scheme, state, n_active, first)
-            v.tile_advance(force, first, state, scheme, state.before, None, step)
+    """Corrector and predictor of whole tiles of real modes (state is modified).
+
+    before, step: as in `lanes.tile_advance`.
+    """
+    for first in range(begin, end, len(tile)):
+        force = modal_forces(lanes, tile, scheme, state, n_active, first)
+        v.tile_advance(force, first, state, scheme, before, scheme.external, step)
 
 
 @compiled(inline=True, inner=True)
@@ -112,18 +111,19 @@ def pair_of_forces(
 
 @compiled(inline=True, inner=True)
 def advance_wave(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, k: int
+    lanes: tuple, scheme: Scheme, state: State, external: Any, step: int, n_active: int, k: int
 ) -> None:
-    """Corrector and predictor of a complex mode in rows k and k + 1 (state is modified)."""
+    """Corrector and predictor of a complex mode in rows k and k + 1 (state is modified).
+
+    external: `Scheme.external`, an argument because only then its type chooses the code.
+    """
     force = pair_of_forces(lanes, scheme, state, n_active, k)
-    v.tile_advance(force, k, state, scheme, state.before, None, None)
+    v.tile_advance(force, k, state, scheme, state.increment_before, None, None)
     gain, decay = v.load(lanes, scheme.gain, k), v.load(lanes, scheme.decay, k)
     a, b = v.load(lanes, state.position, k), v.load(lanes, state.position, k + 1)
     re, im = turned(lanes, scheme, k, decay * a, decay * b)
-    if scheme.external.shape[0] > 0:
-        x = scheme.external[step, k] * gain
-        y = scheme.external[step, k + 1] * gain
-        x, y = turned(lanes, scheme, k, x, y)
+    if external is not None:
+        x, y = turned(lanes, scheme, k, external[step, k] * gain, external[step, k + 1] * gain)
         re, im = re + x, im + y
     v.store(state.increment, k, re - a)
     v.store(state.increment, k + 1, im - b)
@@ -145,7 +145,7 @@ def advance_ring(
 ) -> None:
     """Corrector and predictor of the casing's pair in rows k and k + 1 (state is modified)."""
     force = pair_of_forces(lanes, scheme, state, n_active, k)
-    v.tile_advance(force, k, state, scheme, state.before, None, step)
+    v.tile_advance(force, k, state, scheme, state.increment_before, None, step)
     turn_pair(lanes, scheme, state.increment, k)
     turn_pair(lanes, scheme, state.position, k)
 
@@ -156,12 +156,12 @@ def advance(
 ) -> None:
     """Corrector and predictor of a block of modes (state is modified)."""
     if begin < first_pair(scheme):
-        whole = end - (end - begin) % TILE
-        advance_tiles(lanes, TIPS, scheme, state, step, n_active, begin, whole)
-        advance_tiles(lanes, ONE, scheme, state, step, n_active, whole, end)
+        before, whole = state.increment_before, end - (end - begin) % TILE
+        advance_tiles(lanes, TIPS, scheme, state, before, step, n_active, begin, whole)
+        advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end)
     elif begin < scheme.normal.shape[0] - scheme.casing:
         for k in range(begin, end, 2):
-            advance_wave(lanes, scheme, state, step, n_active, k)
+            advance_wave(lanes, scheme, state, scheme.external, step, n_active, k)
     else:
         for k in range(begin, end, 2):
             advance_ring(lanes, scheme, state, step, n_active, k)
@@ -198,7 +198,7 @@ def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         for first in range(0, n_points, TILE):
             depth = begin_gaps(lanes, scheme, state, step, first, begin)
             depth = project(lanes, scheme.normal, state.position, first, begin, end, depth)
-            v.tile_store(state.penetration, v.consecutive(TIPS, first), depth)
+            v.store(state.penetration, v.consecutive(TIPS, first), depth)
             deepest = v.larger(v.tile_largest(depth), deepest) if end == n_modes else deepest
         begin = end
     return deepest
@@ -211,12 +211,8 @@ def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
         return
     n_real = first_pair(scheme)
     whole = n_real - n_real % TILE
-    for first in range(0, whole, TILE):
-        force = modal_forces(lanes, TIPS, scheme, state, n_active, first)
-        v.tile_advance(force, first, state, scheme, None, None, None)
-    for k in range(whole, n_real):
-        force = modal_forces(lanes, ONE, scheme, state, n_active, k)
-        v.tile_advance(force, k, state, scheme, None, None, None)
+    advance_tiles(lanes, TIPS, scheme, state, None, None, n_active, 0, whole)
+    advance_tiles(lanes, ONE, scheme, state, None, None, n_active, whole, n_real)
     for k in range(n_real, state.position.shape[0], 2):
         force = pair_of_forces(lanes, scheme, state, n_active, k)
         v.tile_advance(force, k, state, scheme, None, None, None)

@@ -1,4 +1,4 @@
-"""Protocols of the kernel: members of a scene, a grid of time steps, a contact law, a surface.
+"""Protocols of the kernel: members of a scene, a grid of time steps, a contact law.
 
 Any class with these members fits, wherever it is defined: `response.scene.Scene.law` also takes the
 class of a law from a notebook.
@@ -15,7 +15,7 @@ from hpcrub.model.casing import CasingShape
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.damping import Damping
 from hpcrub.model.interface import Interface
-from hpcrub.model.reduction import Modes
+from hpcrub.model.reduction import Rows
 
 
 class Grid(Protocol):
@@ -67,7 +67,8 @@ class Law(Protocol):
 
     The class chooses the code when the kernel is compiled, so that no scene compiles or pays for
     another law. `laws.planar.Planar` is the law of planar disks, `laws.solid.Solid` the law of
-    disks that move in three dimensions. `predict` and `forces` are compiled.
+    disks that move in three dimensions. `predict` and `forces` are compiled, and may call further
+    compiled static methods of the class, by any name.
     """
 
     @staticmethod
@@ -78,14 +79,14 @@ class Law(Protocol):
         """
 
     @classmethod
-    def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Law":
+    def allocate(cls, rows: Rows, scene: Scene, grid: Grid, width: int) -> "Law":
         """Make the arrays of the law for idle lanes."""
 
     @classmethod
-    def loads(cls, modes: Modes, scene: Scene) -> np.ndarray:
+    def loads(cls, rows: Rows, scene: Scene) -> np.ndarray:
         """Modal forces of unit multipliers (K, F), in the order of `State.multiplier`."""
 
-    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
+    def fill(self, bank: Bank, lane: int, rows: Rows, scene: Scene) -> None:
         """Fill the arrays of a lane for its speed and step; they are zero before."""
 
     def forces_on_points(
@@ -116,42 +117,3 @@ class Law(Protocol):
         Returns how many rows of `State.multiplier` the corrector has to apply, which `State.active`
         lists.
         """
-
-
-class Coupled(Protocol):
-    """A law that `lcp.gauss_seidel` can solve; members as in `laws.planar.Planar`."""
-
-    @property
-    def coupling(self) -> np.ndarray: ...
-    @property
-    def stiffness(self) -> np.ndarray: ...
-    @property
-    def bound(self) -> np.ndarray: ...
-    @property
-    def surface(self) -> "Surface": ...
-
-
-class Surface(Protocol):
-    """Surface before the points of `Planar` and `Solid`: `laws.hard.Hard`, `laws.surfaces.Coated`.
-
-    `Coated` describes every method. A step calls the compiled static methods in about this order;
-    `Planar` leaves all after `tick` to `press`, and `Solid` never calls `press`.
-    """
-
-    def fill(self, lane: int, scene: Scene, h: float, compliance: np.ndarray) -> None: ...
-    def memory(self, lane: int) -> Any: ...
-    def remember(self, lane: int, memory: Any) -> None: ...
-
-    def tick(self, *args: Any) -> np.ndarray: ...
-    def meet(self, *args: Any) -> np.ndarray: ...
-    def press(self, *args: Any) -> int: ...
-    def near(self, *args: Any) -> np.ndarray: ...
-    def relieve(self, *args: Any) -> None: ...
-    def follow(self, *args: Any) -> tuple: ...
-    def line(self, *args: Any) -> tuple: ...
-    def check(self, *args: Any) -> np.ndarray: ...
-    def comply(self, *args: Any) -> None: ...
-    def despair(self, *args: Any) -> None: ...
-    def wear(self, *args: Any) -> None: ...
-    def keep(self, *args: Any) -> None: ...
-    def total(self, *args: Any) -> np.ndarray: ...

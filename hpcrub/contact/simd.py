@@ -68,21 +68,47 @@ def _instruction(function: Callable, returns: Callable) -> Callable:
     return decorate
 
 
+def _members(builder, kind, value):
+    """Members of a tile, or a single value as a list."""
+    return cgutils.unpack_tuple(builder, value) if isinstance(kind, types.BaseTuple) else [value]
+
+
+def _tile(builder, kind, members):
+    """The tile of some members, or the only one of them."""
+    return cgutils.pack_array(builder, members) if isinstance(kind, types.BaseTuple) else members[0]
+
+
+def _like(kind, member):
+    """Numba type of a tile of members as long as the tuple ``kind``, or of one of them."""
+    return types.UniTuple(member, len(kind)) if isinstance(kind, types.BaseTuple) else member
+
+
 def _lane_by_lane(function, kind, emit):
-    """Make numba compile ``function`` of vectors and numbers as ``emit(builder, *vectors)``."""
+    """Make numba compile ``function`` of vectors and numbers as ``emit(builder, *vectors)``.
+
+    In place of vectors it takes tiles, of which it returns a tile.
+    """
 
     def typed(typing, *kinds):
-        lanes = [k for k in kinds if isinstance(k, LaneVector)]
-        if not lanes or any(k not in lanes and not isinstance(k, types.Number) for k in kinds):
+        tiles = [k for k in kinds if isinstance(k, types.UniTuple)]
+        members = [k.dtype if k in tiles else k for k in kinds]
+        lanes = [k for k in members if isinstance(k, LaneVector)]
+        if not lanes or any(k not in lanes and not isinstance(k, types.Number) for k in members):
             return None
-        width = lanes[0].width
+        width, tile = lanes[0].width, tiles[0] if tiles else None
 
         def code(context, builder, sig, args):
-            return emit(builder, *(
-                _broadcast(builder, a, width) if a.type == DOUBLE else a for a in args
-            ))  # fmt: skip
+            parts = [_members(builder, *part) for part in zip(sig.args, args, strict=True)]
+            longest = max(map(len, parts))
+            results = []
+            for i in range(longest):
+                row = [part[i % len(part)] for part in parts]
+                vectors = [_broadcast(builder, a, width) if a.type == DOUBLE else a for a in row]
+                results.append(emit(builder, *vectors))
+            return _tile(builder, sig.return_type, results)
 
-        return kind(width)(*(k if k in lanes else types.float64 for k in kinds)), code
+        taken = [k if m in lanes else types.float64 for k, m in zip(kinds, members, strict=True)]
+        return _like(tile, kind(width))(*taken), code
 
     _compile_as(function, typed)
 
@@ -116,6 +142,10 @@ def _fma(builder, a, b, c):
 
 def _larger(builder, a, b):
     return builder.select(builder.fcmp_ordered(">", a, b), a, b)
+
+
+def _magnitude(builder, a):
+    return _larger(builder, a, builder.fsub(ir.Constant(a.type, None), a))
 
 
 def _inverse(builder, a):
@@ -155,7 +185,8 @@ for _function, _kind, _emit in (
     (operator.lt, LaneMask, lambda builder, a, b: builder.fcmp_ordered("<", a, b)),
     (operator.gt, LaneMask, lambda builder, a, b: builder.fcmp_ordered(">", a, b)),
     (lanes.fma, LaneVector, _fma),
-    (lanes.larger, LaneVector, _larger),
+    (lanes.larger, LaneVector, lambda builder, a, b: _larger(builder, a, _frozen(builder, b))),
+    (lanes.magnitude, LaneVector, _magnitude),
     (lanes.inverse, LaneVector, _inverse),
     (lanes.length, LaneVector, _length),
     (lanes.select, LaneVector, _select),
@@ -196,15 +227,19 @@ def _load_any(context, builder, fe_type, array, row, width):
     return _load_row(context, builder, fe_type, array, row, width)
 
 
-@_instruction(lanes.load, lambda lanes, array, row: LaneVector(len(lanes)))
+@_instruction(lanes.load, lambda lanes, array, rows: _like(rows, LaneVector(len(lanes))))
 def _load(context, builder, sig, args):
-    _, array, row = args
-    return _load_any(context, builder, sig.args[1], array, row, sig.return_type.width)
+    kind, width = sig.args[1], len(sig.args[0])
+    rows = _members(builder, sig.args[2], args[2])
+    loaded = [_load_any(context, builder, kind, args[1], row, width) for row in rows]
+    return _tile(builder, sig.return_type, loaded)
 
 
-@_instruction(lanes.store, lambda array, row, vector: types.none)
+@_instruction(lanes.store, lambda array, rows, vectors: types.none)
 def _store(context, builder, sig, args):
-    _store_row(context, builder, sig.args[0], *args)
+    rows, vectors = (_members(builder, *part) for part in zip(sig.args[1:], args[1:], strict=True))
+    for row, vector in zip(rows, vectors, strict=True):
+        _store_row(context, builder, sig.args[0], args[0], row, vector)
     return context.get_dummy_value()
 
 
@@ -217,57 +252,6 @@ def _any_lane(context, builder, sig, args):
 @_instruction(lanes.tile_splat, lambda tile, vector: types.UniTuple(vector, len(tile)))
 def _tile_splat(context, builder, sig, args):
     return cgutils.pack_array(builder, [args[1]] * sig.return_type.count)
-
-
-@_instruction(lanes.tile_fma, lambda tile, array, rows, vector: tile)
-def _tile_fma(context, builder, sig, args):
-    tile, array, rows, vector = args
-    for i, row in enumerate(cgutils.unpack_tuple(builder, rows)):
-        factor = _load_row(context, builder, sig.args[1], array, row, vector.type.count)
-        member = _fma(builder, factor, vector, builder.extract_value(tile, i))
-        tile = builder.insert_value(tile, member, i)
-    return tile
-
-
-@_instruction(
-    lanes.tile_gather, lambda lanes, array, rows: types.UniTuple(LaneVector(len(lanes)), len(rows))
-)
-def _tile_gather(context, builder, sig, args):
-    kind = sig.return_type.dtype
-    members = [
-        _load_row(context, builder, sig.args[1], args[1], row, kind.width)
-        for row in cgutils.unpack_tuple(builder, args[2])
-    ]
-    return cgutils.pack_array(builder, members, ty=ir.VectorType(DOUBLE, kind.width))
-
-
-@_instruction(lanes.tile_store, lambda array, rows, tile: types.none)
-def _tile_store(context, builder, sig, args):
-    rows, members = (cgutils.unpack_tuple(builder, tile) for tile in args[1:])
-    for row, member in zip(rows, members, strict=True):
-        _store_row(context, builder, sig.args[0], args[0], row, member)
-    return context.get_dummy_value()
-
-
-@_instruction(lanes.tile_replace, lambda array, rows, mask, tile: types.none)
-def _tile_replace(context, builder, sig, args):
-    array, rows, mask, tile = args
-    for row, member in zip(*(cgutils.unpack_tuple(builder, t) for t in (rows, tile)), strict=True):
-        old = _load_row(context, builder, sig.args[0], array, row, member.type.count)
-        member = builder.select(mask, member, _frozen(builder, old))
-        _store_row(context, builder, sig.args[0], array, row, member)
-    return context.get_dummy_value()
-
-
-@_instruction(lanes.tile_rise, lambda array, rows, tile: types.none)
-def _tile_rise(context, builder, sig, args):
-    rows, members = (cgutils.unpack_tuple(builder, tile) for tile in args[1:])
-    for row, member in zip(rows, members, strict=True):
-        size = _larger(builder, member, builder.fsub(ir.Constant(member.type, None), member))
-        old = _load_row(context, builder, sig.args[0], args[0], row, member.type.count)
-        size = _larger(builder, size, _frozen(builder, old))
-        _store_row(context, builder, sig.args[0], args[0], row, size)
-    return context.get_dummy_value()
 
 
 @_instruction(lanes.tile_add, lambda tile, matrix, row, columns, vector: tile)
@@ -334,14 +318,7 @@ def _tile_relax(context, builder, sig, args):
     return cgutils.pack_array(builder, [_whole(builder, v) for v in zip(*parts, strict=True)])
 
 
-@_instruction(lanes.tile_distance, lambda tile, other: tile.dtype)
-def _tile_distance(context, builder, sig, args):
-    pairs = zip(*(cgutils.unpack_tuple(builder, tile) for tile in args), strict=True)
-    apart = [_larger(builder, builder.fsub(a, b), builder.fsub(b, a)) for a, b in pairs]
-    return functools.reduce(lambda largest, one: _larger(builder, one, largest), apart)
-
-
-def _members(builder, kind, group):
+def _fields(builder, kind, group):
     """Types and values of the members of a NamedTuple, by name."""
     values = cgutils.unpack_tuple(builder, group, len(kind.types))
     return dict(zip(kind.fields, zip(kind.types, values, strict=True), strict=True))
@@ -353,7 +330,7 @@ def _members(builder, kind, group):
 )
 def _tile_advance(context, builder, sig, args):
     tile, first, state, scheme, before, external, step = zip(sig.args, args, strict=True)
-    arrays = _members(builder, *state) | _members(builder, *scheme)
+    arrays = _fields(builder, *state) | _fields(builder, *scheme)
     width = tile[0].dtype.width
 
     def load(name):
@@ -369,7 +346,7 @@ def _tile_advance(context, builder, sig, args):
         if before[0] != types.none:
             _store_row(context, builder, *before, k, d)
         if step[0] != types.none:
-            stiff = builder.fmul(gain, load("squared"))
+            stiff = builder.fmul(gain, load("omega2"))
             d = builder.fsub(builder.fmul(load("decay"), d), builder.fmul(stiff, q))
             if external[0] != types.none:
                 push = _scalar_at(context, builder, *external, step[1], k, width)

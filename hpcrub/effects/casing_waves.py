@@ -8,7 +8,7 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.model import crossings
 from hpcrub.model.casing_modes import CasingModes
-from hpcrub.model.crossings import KINDS, N_FAMILIES
+from hpcrub.model.crossings import MEETINGS, N_FAMILIES
 from hpcrub.model.imported import cyclic
 from hpcrub.model.reduction import Modes, ReducedModel, mistuned_modes
 from hpcrub.response.casing_stability import growth
@@ -55,7 +55,7 @@ def sizes(config: Config) -> dict[str, int]:
     """Lengths of the dimensions of these datasets."""
     casing = config.casing
     n_pairs = len(casing.modes) if casing.ring.thickness_mm is None else len(casing.ring.waves)
-    kinds = {"family": N_FAMILIES, "sum_or_difference": len(KINDS), "friction": 2}
+    kinds = {"family": N_FAMILIES, "sum_or_difference": len(MEETINGS), "friction": 2}
     return kinds | {"casing_mode": n_pairs, "stability": N_SPEEDS}
 
 
@@ -109,7 +109,7 @@ def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[st
         meets = [
             f"family {family + 1} at {found[j, family, k]:.4g} Hz ({kind})"
             for family in range(N_FAMILIES)
-            for k, kind in enumerate(KINDS)
+            for k, kind in enumerate(MEETINGS)
             if found[j, family, k] <= SHOWN * highest
         ]
         yield text + (f", meets {', '.join(meets)}" if meets else "")

@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 BUMP_WIDTH = 0.1  # distance from the crest where a bump has 1/e of its height [pitches]
 N_ANGLES = 2**14  # angles at which spectra are computed
@@ -16,7 +17,7 @@ MOST_ANGLES = 2**17
 FINER = 16  # angles per cut-off wavelength of smoothed points, at least
 ORDER = 4  # exponent of the spline filter
 RELEVANT = 0.01  # amplitude of a relevant order, over the largest of any order
-FEWEST = 50  # measured points, below which a shape is not told from noise
+FEWEST_POINTS = 50  # measured points, below which a shape is not told from noise
 ALTERNATES = -0.3  # correlation of neighbours below which measured points are noisy
 ACROSS = np.union1d(np.linspace(-3.0, 3.0, 49), (-math.sqrt(0.5), 0.0, math.sqrt(0.5)))
 
@@ -95,7 +96,7 @@ def noise_left(profile: Profile) -> float:
     a part; points are taken for evenly spaced.
     """
     angle, height = np.array(profile.measured).reshape(-1, 2).T
-    if len(angle) < FEWEST:
+    if len(angle) < FEWEST_POINTS:
         return 0.0
     after = np.diff(angle, append=angle[0] + 2.0 * np.pi)
     before = np.roll(after, 1)
@@ -155,6 +156,20 @@ class CasingShape(NamedTuple):
             return 1
         orders = (order for order, *_ in self.profile.harmonics)
         return math.gcd(self.n_bumps if self.bump_height > 0.0 else 0, *orders)
+
+    def gap(
+        self, clearance: npt.ArrayLike, time: npt.ArrayLike, ramp_time: float, angle: npt.ArrayLike,
+        outward: npt.ArrayLike = 0.0,
+    ) -> np.ndarray:  # fmt: skip
+        """Gap [m] between points and the casing, clearance − s h − outward motion.
+
+        clearance: of the points at rest without the shape [m]; time: since the shape began to grow
+        [s], for ``ramp_time`` [s]; angle: of the points on the casing [rad]; outward: displacement
+        of the points [m]. All have shapes that go together. `contact.passes.begin_gaps` is its
+        twin in the kernel.
+        """
+        grown = np.vectorize(ramp, otypes=[float])(time, ramp_time)
+        return clearance - grown * self.height(np.asarray(angle)) - outward
 
     def table(self, angle: np.ndarray, steps_per_revolution: int, n_steps: int) -> np.ndarray:
         """Heights (n_steps, C) [m] after each step, at points (C,) [rad] of the rotating frame."""

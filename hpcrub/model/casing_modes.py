@@ -6,7 +6,7 @@ At the angle θ of the casing the wave with n periods moves it outward by w and 
 
 with ordinary modal coordinates c and s of one frequency. In coordinates that are turned by nΩt
 the projections on contact points in rotation are constant, so that a casing that vibrates adds a
-few pairs of rows to the modes of the disk (`Modes.joined`). `docs/theory.md` derives them.
+few pairs of rows to the modes of the disk (`Modes.rows`). `docs/theory.md` derives them.
 
 Legrand, Pierre, Cartraud, Lombard, J. Sound Vib. 319 (2009), treats the ring in contact with a
 bladed disk; Soedel, Vibrations of shells and plates, its free vibration.

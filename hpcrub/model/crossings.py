@@ -19,7 +19,7 @@ from hpcrub.model.reduction import ReducedModel, powers
 
 N_FAMILIES = 2  # families of blade modes whose meetings with casing waves are listed
 N_SEARCHED = 401  # speeds of the grid on which the first meeting is searched
-KINDS = "sum", "difference"
+MEETINGS = "sum", "difference"
 SIGNS = 1.0, -1.0  # signs of ω_b in nΩ = |ω_c ± ω_b|
 REAL = 1e-6  # largest imaginary part of a real root, relative to the root
 SMALLEST = 1e-12  # root over the largest root, below which it is no speed but rounding

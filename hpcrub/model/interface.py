@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-APART = 1e-4  # axial distance of places, as a share of the largest radius; nodes pair up to it, too
+STRIP_GAP = (
+    1e-4  # axial distance of places, as a share of the largest radius; nodes pair up to it, too
+)
 
 
 class Interface(NamedTuple):
@@ -60,8 +62,7 @@ class Interface(NamedTuple):
     def of_points(self, touching: np.ndarray) -> np.ndarray:
         """Whether any contact point of each blade touches (..., N), from points (..., C)."""
         touches = np.zeros((*touching.shape[:-1], self.n_blades), dtype=bool)
-        for point, blade in enumerate(self.blade):
-            touches[..., blade] |= touching[..., point]
+        np.logical_or.at(touches, (..., self.blade), touching)  # type: ignore[arg-type]
         return touches
 
     def of_blades(self, magnitude: np.ndarray) -> np.ndarray:
@@ -74,10 +75,10 @@ class Interface(NamedTuple):
 def strips(axial_position: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Strip of a coating (C,) int, from 0, that points at axial positions and radii (C,) [m] meet.
 
-    Points share a strip where no gap wider than APART lies between them.
+    Points share a strip where no gap wider than STRIP_GAP lies between them.
     """
     order, strip = np.argsort(axial_position), np.zeros(len(radius), dtype=int)
-    strip[order[1:]] = np.cumsum(np.diff(axial_position[order]) > APART * radius.max())
+    strip[order[1:]] = np.cumsum(np.diff(axial_position[order]) > STRIP_GAP * radius.max())
     return strip
 
 

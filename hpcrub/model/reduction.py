@@ -13,6 +13,8 @@ from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.disk import Disk
 from hpcrub.model.interface import Interface, planar_interface
 
+MOTIONS = "normal", "tangential", "axial", "observed"  # displacements per unit of a mode
+
 
 class ReducedModel(NamedTuple):
     """Tuned disk of any origin on m coordinates; n dof of the full model, N blades."""
@@ -32,6 +34,22 @@ class ReducedModel(NamedTuple):
     air: Air | None = None  # None: air does not couple the blades
 
 
+class Rows(NamedTuple):
+    """What the kernel integrates: R rows of a motion, before C contact points.
+
+    They are the real modes of the disk, Re z and Im z of its complex modes, pairs of the casing.
+    """
+
+    omega: np.ndarray  # (R,) [rad/s]
+    normal: np.ndarray  # (C, R) as in `Modes`, of the points relative to the casing [1/sqrt(kg)]
+    tangential: np.ndarray  # (C, R) [1/sqrt(kg)]
+    axial: np.ndarray  # (C, R); (0, R) if planar [1/sqrt(kg)]
+    observed: np.ndarray  # (O, R) [1/sqrt(kg)]
+    stress: np.ndarray  # (places, R) [Pa/(m sqrt(kg))]
+    # forces of unit forces on the points along normal, tangential and axial, each (C, R)
+    forces: tuple[np.ndarray, ...]
+
+
 class Modes(NamedTuple):
     """Mass-normalised modes of one sample, by increasing frequency."""
 
@@ -46,9 +64,6 @@ class Modes(NamedTuple):
     stress: np.ndarray = np.zeros((0, 0))  # (R, K) at the places of the interface [Pa/(m sqrt(kg))]
     pairs: Pairs = NO_PAIRS  # pairs of casing modes, beside the modes of the disk
     waves: Waves | None = None  # complex modes that replace some real ones; None: all are real
-    # modal forces of unit forces on the contact points along normal, tangential and axial, each
-    # (C, K); (): the same as the displacements above
-    load: tuple[np.ndarray, ...] = ()
 
     @property
     def n_rows(self) -> int:
@@ -63,60 +78,26 @@ class Modes(NamedTuple):
         return np.delete(every, self.waves.rows) if self.waves else every
 
     @property
-    def forces(self) -> tuple[np.ndarray, ...]:
-        """Modal forces of unit forces on the points: normal, tangential, axial, each (C, K)."""
-        return self.load or (self.normal, self.tangential, self.axial)
+    def rows(self) -> Rows:
+        """What the kernel integrates: the rows of a motion."""
+        waves, real, casing = self.waves, self.real, self.pairs
+        beside = {"normal": casing.normal, "tangential": casing.tangential}
 
-    @property
-    def in_air(self) -> "Modes":
-        """Disk's rows of a motion, as Modes: real modes, then Re z and Im z of complex modes."""
-        waves, real = self.waves, self.real
-        if waves is None:
-            return self
+        def whole(name, side):
+            """Motion per unit of every row, or force on it; side: the method of `Waves`."""
+            parts = [disk := getattr(self, name)]
+            if waves:
+                disk = disk.reshape(-1, len(self.omega))
+                parts = [disk[:, real], getattr(waves, side)(disk)]
+            if n := 2 * len(casing.omega):
+                parts.append(beside.get(name, np.zeros((len(disk), n))))
+            return np.hstack(parts) if len(parts) > 1 else disk
 
-        def rows(side, name):
-            displacement = getattr(self, name)
-            return np.hstack([displacement[:, real], side(displacement)])
-
-        names = "normal", "tangential", "axial", "observed", "stress"
-        moved = {name: rows(waves.motion, name) for name in names if getattr(self, name).size}
-        more = ((0, 0), (0, 2 * len(waves.rows)))
-        return self._replace(
-            **moved,
-            omega=np.concatenate([self.omega[real], np.repeat(np.abs(waves.eigenvalue), 2)]),
-            stiffening=np.pad(self.stiffening[:, real], more),
-            load=tuple(rows(waves.force, name) for name in names[:3]),
-            waves=None,
-        )
-
-    @property
-    def joined(self) -> "Modes":
-        """All rows of a motion, as Modes: those of `in_air`, then the pairs of the casing."""
-        if self.waves:
-            return self.in_air.joined
-        pairs = self.pairs
-        if not len(pairs.omega):
-            return self
-
-        def alone(rows):
-            return np.hstack([rows, np.zeros((len(rows), 2 * len(pairs.omega)))])
-
-        def rows(normal, tangential, axial):
-            beside = np.hstack([normal, pairs.normal]), np.hstack([tangential, pairs.tangential])
-            return *beside, alone(axial)
-
-        normal, tangential, axial = rows(self.normal, self.tangential, self.axial)
-        return self._replace(
-            omega=np.concatenate([self.omega, np.repeat(pairs.omega, 2)]),
-            normal=normal,
-            tangential=tangential,
-            axial=axial,
-            observed=alone(self.observed),
-            stress=alone(self.stress),
-            stiffening=alone(self.stiffening),
-            pairs=NO_PAIRS,
-            load=self.load and rows(*self.load),
-        )
+        size = np.abs(waves.eigenvalue) if waves else np.zeros(0)
+        moved = {name: whole(name, "motion") for name in (*MOTIONS, "stress")}
+        forces = tuple(whole(name, "force") for name in MOTIONS[:3])
+        omega = [self.omega[real], np.repeat(size, 2), np.repeat(casing.omega, 2)]
+        return Rows(omega=np.concatenate(omega), **moved, forces=forces)
 
     def of_rows(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Modal coordinates of disk (..., K) and casing (..., 2J), from rows (..., n_rows)."""
@@ -244,10 +225,7 @@ def mistuned_modes(
     air = reduced.air and reduced.air.at(faster)
     return Modes(
         omega=np.sqrt(np.maximum(eigenvalues, 0)),
-        normal=interface.normal @ shapes,
-        tangential=interface.tangential @ shapes,
-        axial=interface.axial @ shapes,
-        observed=interface.observed @ shapes,
+        **{name: getattr(interface, name) @ shapes for name in MOTIONS},
         shapes=shapes,
         speed=speed,
         stiffening=stiffening,

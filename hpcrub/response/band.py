@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.contact import bank, integrate, status
-from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes, together
+from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, packed, take_lanes
 from hpcrub.contact.observers import Record, strokes
 from hpcrub.contact.status import DIVERGED
 from hpcrub.model.reduction import Modes
@@ -53,7 +53,7 @@ def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
 
 def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
     """Rule that ends the integration at a speed [Hz]; modes: at this speed."""
-    slowest = float((modes.damping_ratios(scene.damping_ratio) * modes.joined.omega).min())
+    slowest = float((modes.damping_ratios(scene.damping_ratio) * modes.rows.omega).min())
     decay = max(slowest, NEVER)  # a mode that grows in air never settles
     kind = Windows if scene.steady.rule == "ensemble" else LastWindow
     rule = kind(scene.steady, decay, scene.steady.window_revolutions / speed_hz)
@@ -181,7 +181,7 @@ class Band:
             return
         idle = [lane for lane, course in enumerate(self.lanes) if course is None]
         kept = (running + idle)[:fewest]
-        self.bank, self.record = self.bank.take(kept), together(take_lanes(self.record, kept))
+        self.bank, self.record = self.bank.take(kept), packed(take_lanes(self.record, kept))
         self.lanes = [self.lanes[lane] for lane in kept]
 
     def _follow(self, now, until):

@@ -33,7 +33,7 @@ def turned_matrices(
 
     ratios: damping ratios of all coordinates (n,) [-]; speed: of rotation [rad/s].
     """
-    omega = modes._replace(waves=None).joined.omega
+    omega = modes._replace(waves=None).rows.omega
     damping, stiffness = np.diag(2.0 * ratios * omega), np.diag(omega**2)
     if modes.waves:
         family = np.ix_(modes.waves.rows, modes.waves.rows)
@@ -66,7 +66,7 @@ def growth(modes: Modes, damping: float | Damping, friction: float, speed_hz: fl
     modes: Modes of the disk at this speed, with the pairs of the casing; damping: of the disk.
     """
     real = modes._replace(waves=None)
-    rows, ratios = real.joined, real.damping_ratios(damping)
+    rows, ratios = real.rows, real.damping_ratios(damping)
     D, S = turned_matrices(modes, ratios, 2.0 * np.pi * speed_hz)
     free, left = null_space(rows.normal), null_space(rows.normal + friction * rows.tangential)
     values, vectors = eigenvalues(left.T @ free, left.T @ D @ free, left.T @ S @ free)

@@ -101,7 +101,7 @@ class Job:
         self.study.print_results(self.file)
 
     def _take_stock(self):
-        self.status = self.file.status
+        self.status = self.study.parts(self.file)
         self.n_finished = int(np.count_nonzero(self.status != PENDING))
 
     def _plan(self):

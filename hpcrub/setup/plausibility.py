@@ -218,7 +218,7 @@ def _noise_warnings(config):
 def _time_warnings(config, tuned):
     """Warn of windows shorter than a period, and of times too short for transients to decay."""
     steady = config.steady_state
-    decay = float((tuned.damping_ratios(config.damping) * tuned.joined.omega).min())  # slowest
+    decay = float((tuned.damping_ratios(config.damping) * tuned.rows.omega).min())  # slowest
     constant = 1.0 / decay if decay > 0.0 else np.inf  # of casing or air without damping [s]
     within = f"decay within {SETTLED * constant:.2g} s" if decay > 0.0 else "never decay"
     needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / tuned.omega[0]))

@@ -11,7 +11,6 @@ from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, POINT_REASON, POINT_STATUS, STEADY
 from hpcrub.effects import casing_motion as casing_effect
 from hpcrub.effects.effect import History
-from hpcrub.model.casing import ramp
 from hpcrub.response import casing_motion, history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.scene import Scene
@@ -66,10 +65,9 @@ def _judged(followed, task):
 
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
     """Gap of every tip, (T, n_c) [m], to a casing that does not move."""
-    grown = np.array([ramp(t, scene.ramp_time) for t in time])[:, None]
+    clearance = scene.at(speed_hz).clearance + scene.interface.clearance
     angle = 2 * np.pi * speed_hz * time[:, None] + scene.interface.angle
-    height = scene.casing.height(angle)
-    return scene.at(speed_hz).clearance + scene.interface.clearance - grown * height - radial
+    return scene.casing.gap(clearance, time[:, None], scene.ramp_time, angle, radial)
 
 
 def _motion(pieces, followed):

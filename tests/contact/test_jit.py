@@ -98,11 +98,35 @@ def test_a_function_is_compiled_once_for_a_number_that_begins_with_zero():
     assert len(next_of.signatures) == 1
 
 
+class Halving(NamedTuple):
+    """A law with a helper of its own."""
+
+    share: float
+
+    @staticmethod
+    @jit.compiled(inner=True)
+    def half_of_it(law, x):
+        return 0.5 * law.share * x
+
+    @staticmethod
+    @jit.compiled(inner=True)
+    def forces(law, x):
+        return law.half_of_it(law, x) + 1.0
+
+
+def test_every_compiled_method_of_a_law_can_be_called_by_any_name():
+    @jit.compiled
+    def called(law, x):
+        return law.forces(law, x)
+
+    assert called(Halving(4.0), 10.0) == 21.0
+
+
 class Foreign(NamedTuple):
     """A tuple of somebody who knows nothing of contact laws, with fields of the same names."""
 
-    total: np.ndarray
-    line: float
+    wear: np.ndarray
+    predict: float
 
 
 def test_fields_of_other_named_tuples_are_what_they_were():
@@ -111,8 +135,8 @@ def test_fields_of_other_named_tuples_are_what_they_were():
     @numba.njit
     def summed(n):
         mine = Foreign(np.arange(n), 0.5)
-        kept = mine.total
-        return kept, mine.line + kept.sum()
+        kept = mine.wear
+        return kept, mine.predict + kept.sum()
 
     for _ in range(100):
         kept, value = summed(1000)

@@ -155,7 +155,7 @@ def step_by_step(bank, scene, n_steps, width):
         run(bank._replace(scheme=one), 1)
         depth = bank.scheme.normal.T @ bank.state.position
         depth += bank.state.ramp * table[step][:, None] - bank.scheme.clearance
-        depth -= bank.scheme.own.T
+        depth -= bank.scheme.point_clearance.T
         yield depth, bank.state.multiplier[:-1]
 
 

@@ -68,7 +68,7 @@ def test_springs_at_all_tips_grow_at_the_sum_and_not_at_the_difference(damping, 
     n, blades, casing = 3, 600.0, 900.0
     modes = blades_of_two_modes(n, blades, casing)
     modes = modes._replace(pairs=modes.pairs._replace(damping_ratio=np.full(1, damping)))
-    rows = modes.joined.normal
+    rows = modes.rows.normal
     coupling = k * rows.T @ rows
     own = k * 6.0  # the springs stiffen both by as much as they couple them
     stiff_blades, stiff_casing = np.sqrt(blades**2 + own), np.sqrt(casing**2 + own)

@@ -3,5 +3,5 @@
 `planar.Planar` is the law of planar disks, `solid.Solid` the law of disks that move in three
 dimensions; `protocols.Law` lists the methods of a law. The class of a law is a NamedTuple of its
 arrays, and a member of `arrays.Bank`. In both laws the points meet a surface, `hard.Hard` or
-`surfaces.Coated` (`protocols.Surface`).
+`surfaces.Coated`.
 """

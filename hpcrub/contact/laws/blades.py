@@ -13,16 +13,15 @@ can push other blades in, and blades within this bound join. A lane never depend
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import STUCK, SWEEPS, UNSOLVED, State
+from hpcrub.contact.arrays import STUCK, SWEEPS, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.friction import fill_column, turn
 from hpcrub.contact.laws.groups import solve_group
 from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.lcp.gauss_seidel import TOLERANCE
-from hpcrub.contact.lcp.pivoting import solve_by_pivoting
 
 MOST_SWEEPS = 100  # sweeps from group to group; about three are usual
-NEAR = 0.5  # distance within which a blade takes part at first, over the deepest penetration
+NEAR_AT_FIRST = 0.5  # distance of blades that take part at first, over the deepest penetration
 
 
 @compiled(inner=True)
@@ -42,7 +41,7 @@ def list_near(lanes: tuple, state: State, law: SolidArrays, threshold: np.ndarra
             for place in places:
                 i = law.points[place]
                 depth = v.load(lanes, state.penetration, i)
-                depth = law.surface.near(lanes, law.surface, i, depth)
+                depth = law.surface.effective_depth(lanes, law.surface, i, depth)
                 deepest = v.larger(depth, deepest)
             v.store(law.deepest, blade, deepest)
             if v.any_lane(threshold < deepest):
@@ -74,7 +73,7 @@ def guess(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> 
 
 @compiled(inner=True)
 def list_pushing(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> int:
-    """List in ``law.work.fresh`` the points with a force of this step or earlier ones.
+    """List in ``law.fresh`` the points with a force of this step or earlier ones.
 
     Also lists points that penetrate and could jam, which nobody would see where other points hold
     them out. Forgets all columns (law is modified). Returns the number of listed points.
@@ -83,10 +82,10 @@ def list_pushing(lanes: tuple, state: State, law: SolidArrays, n_active: int) ->
     for a in range(n_active):
         i = state.active[a]
         law.turned[a] = 0
-        law.work.fresh[n] = a
+        law.fresh[n] = a
         pushes = v.load(lanes, state.multiplier, i)
         pushes = v.larger(jams * v.load(lanes, state.penetration, i), pushes)
-        pushes = law.surface.total(lanes, law.surface, i, pushes)
+        pushes = law.surface.total_force(lanes, law.surface, i, pushes)
         n += int(v.any_lane(pushes > 0.0))
     return n
 
@@ -100,7 +99,7 @@ def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarr
     """
     zero = v.splat(lanes, 0.0)
     limit = v.larger(deepest, 0.0) * TOLERANCE
-    threshold = 0.0 - v.larger(deepest, 0.0) * NEAR
+    threshold = 0.0 - v.larger(deepest, 0.0) * NEAR_AT_FIRST
     n_groups = list_near(lanes, state, law, threshold)
     guess(lanes, state, law, deepest)
     n_fresh = list_pushing(lanes, state, law, law.groups[n_groups])
@@ -126,7 +125,7 @@ def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarr
             if v.any_lane(more > 0.0):
                 n_groups = list_near(lanes, state, law, threshold)
                 for b in range(list_pushing(lanes, state, law, law.groups[n_groups])):
-                    fill_column(lanes, state, law, law.work.fresh[b], law.groups[n_groups])
+                    fill_column(lanes, state, law, law.fresh[b], law.groups[n_groups])
                 unsettled = v.larger(more, unsettled)
         changing = unsettled > 0.0
         if not v.any_lane(changing):
@@ -136,10 +135,10 @@ def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarr
     if v.any_lane(stuck > 0.0):
         n_groups = list_near(lanes, state, law, v.splat(lanes, -np.inf))
         for a in range(law.groups[n_groups]):
-            law.work.fresh[a] = a
+            law.fresh[a] = a
         turn(lanes, state, law, law.groups[n_groups], law.groups[n_groups])
         v.store(state.report, STUCK, stuck)
-        law.surface.despair(state, law, law.groups[n_groups])
+        law.surface.give_up(state, law, law.groups[n_groups])
     return law.groups[n_groups]
 
 
@@ -151,7 +150,7 @@ def reach_of_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int)
         if law.turned[a]:
             i = state.active[a]
             force = v.load(lanes, state.multiplier, i) * v.load(lanes, law.stiffness, i)
-            force = law.surface.total(lanes, law.surface, i, force)
+            force = law.surface.total_force(lanes, law.surface, i, force)
             total = v.fma(force, v.load(lanes, law.across, i), total)
     return 0.0 - total
 
@@ -173,33 +172,10 @@ def left_by_others(lanes: tuple, state: State, law: SolidArrays, n_groups: int, 
     start, end = law.groups[group], law.groups[group + 1]
     for a in range(start, end):
         v.store(state.depth, a, v.load(lanes, state.penetration, state.active[a]))
-    law.surface.relieve(lanes, law.surface, state, law, start, end, law.groups[n_groups])
+    law.surface.subtract_earlier(lanes, law.surface, state, law, start, end, law.groups[n_groups])
     for b in range(law.groups[n_groups]):
         if law.turned[b] and not start <= b < end:
             less = 0.0 - v.load(lanes, state.multiplier, state.active[b])
             for a in range(start, end):
                 effect = v.load(lanes, law.coupling, b * n_rows + a)
                 v.store(state.depth, a, v.fma(effect, less, v.load(lanes, state.depth, a)))
-
-
-@compiled
-def solve_stuck(state: State, law: SolidArrays, n_active: int) -> None:
-    """Solve the lanes that ``state.report`` marks as stuck, by pivoting (state is modified).
-
-    n_active: number of points; all are listed and have their columns.
-    """
-    n_rows = state.penetration.shape[0]
-    rows = state.active[:n_active].copy()
-    M = np.empty((n_active, n_active))
-    x = np.zeros(n_active)
-    for lane in range(state.report.shape[1]):
-        if state.report[STUCK, lane] == 0.0:
-            continue
-        for b in range(n_active):
-            for a in range(n_active):
-                M[a, b] = law.coupling[b * n_rows + a, lane]
-        x[:] = 0.0
-        if not solve_by_pivoting(M, state.penetration[:, lane][rows], x):
-            state.report[UNSOLVED, lane] = 1.0
-        for a, i in enumerate(rows):
-            state.multiplier[i, lane] = x[a]

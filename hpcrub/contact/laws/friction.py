@@ -23,35 +23,35 @@ from hpcrub.contact.status import JAMMING
 
 @compiled(inner=True)
 def turn(lanes: tuple, state: State, law: SolidArrays, n_fresh: int, n_active: int) -> None:
-    """Compute directions and columns of the points in ``law.work.fresh`` (law is modified).
+    """Compute directions and columns of the points in ``law.fresh`` (law is modified).
 
-    n_fresh: number of entries of ``law.work.fresh`` that count, places in `State.active`.
+    n_fresh: number of entries of ``law.fresh`` that count, places in `State.active`.
     n_active: rows of a column.
     """
     if n_fresh % 2 == 1:
-        law.work.fresh[n_fresh] = law.work.fresh[0]
+        law.fresh[n_fresh] = law.fresh[0]
     for first in range(0, n_fresh, 2):
         slip(lanes, state, law, first)
     for b in range(n_fresh):
-        find_direction(lanes, state, law, state.active[law.work.fresh[b]])
-        fill_column(lanes, state, law, law.work.fresh[b], n_active)
+        find_direction(lanes, state, law, state.active[law.fresh[b]])
+        fill_column(lanes, state, law, law.fresh[b], n_active)
 
 
 @compiled(inner=True)
 def slip(lanes: tuple, state: State, law: SolidArrays, first: int) -> None:
     """Sum the tangential and axial motion of two points in the step before (law is modified).
 
-    first: place of the first point in ``law.work.fresh``.
+    first: place of the first point in ``law.fresh``.
     """
-    here, there = v.indices(PAIR, law.work.fresh, first)
+    here, there = v.indices(PAIR, law.fresh, first)
     points = state.active[here], state.active[there]
     along = across = v.tile_splat(PAIR, v.splat(lanes, 0.0))
-    for k in range(state.before.shape[0]):
-        moved = v.load(lanes, state.before, k)
+    for k in range(state.increment_before.shape[0]):
+        moved = v.load(lanes, state.increment_before, k)
         along = v.tile_add(along, law.tangential, k, points, moved)
         across = v.tile_add(across, law.axial, k, points, moved)
-    v.tile_store(law.cosine, points, along)
-    v.tile_store(law.sine, points, across)
+    v.store(law.cosine, points, along)
+    v.store(law.sine, points, across)
 
 
 @compiled(inner=True)
@@ -73,7 +73,7 @@ def find_direction(lanes: tuple, state: State, law: SolidArrays, j: int) -> None
     code = v.select(jamming, float(JAMMING), v.load(lanes, state.report, FLAW))
     v.store(state.report, FLAW, code)
     v.store(law.stiffness, j, v.inverse(own))
-    law.surface.comply(lanes, law.surface, j, v.larger(own, 0.0))
+    law.surface.set_gains(lanes, law.surface, j, v.larger(own, 0.0))
 
 
 @compiled(inline=True, inner=True)

@@ -10,7 +10,6 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE, TIPS
 from hpcrub.contact.laws.friction import turn
 from hpcrub.contact.laws.solid_arrays import SolidArrays
 
@@ -22,18 +21,18 @@ ALL_AT_ONCE = 12  # number of first trials in which all wrong points change; lat
 def choose(
     lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int, trying: np.ndarray
 ) -> int:
-    """List in ``law.work.chosen`` the places of a group's points that are active in any lane.
+    """List in ``law.chosen`` the places of a group's points that are active in any lane.
 
-    trying: (L,) bool, lanes that count; ``law.work.undone`` becomes zero in them.
+    trying: (L,) bool, lanes that count; ``law.undone`` becomes zero in them.
     Returns the number of chosen points. Also fills their columns of W (law is modified).
     """
     n, n_fresh, start = 0, 0, law.groups[group]
     idle = v.select(trying, 0.0, np.inf)
     for a in range(start, law.groups[group + 1]):
         active = int(v.any_lane(idle < v.load(lanes, law.touching, state.active[a])))
-        old = v.load(lanes, law.work.undone, a - start)
-        v.store(law.work.undone, a - start, v.select(idle > 0.0, old, 0.0))
-        law.work.chosen[n] = law.work.fresh[n_fresh] = a
+        old = v.load(lanes, law.undone, a - start)
+        v.store(law.undone, a - start, v.select(idle > 0.0, old, 0.0))
+        law.chosen[n] = law.fresh[n_fresh] = a
         n_fresh += active & (1 - law.turned[a])
         n += active
     turn(lanes, state, law, n_fresh, law.groups[n_groups])
@@ -41,95 +40,65 @@ def choose(
 
 
 @compiled(inner=True)
-def set_equations(lanes: tuple, state: State, law: SolidArrays, n: int, size: int) -> None:
-    """Equations of the n chosen points, in ``law.work.equations`` (modified).
+def set_equations(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
+    """Equations of the n chosen points, in ``law.equations`` (modified): n rows of n + 1.
 
     On its line a point has x = slope·d + start, where d is the depth that the other forces leave.
     Where a chosen point is not active in a lane, its row is a row of the unit matrix, and its x is
-    0. So are rows from n on.
-
-    size: number of rows, each with its right side at the end.
+    0. The right side of a row stands at its end.
     """
-    n_rows, equations = state.penetration.shape[0], law.work.equations
+    n_rows, equations = state.penetration.shape[0], law.equations
     for r in range(n):
-        a, first = law.work.chosen[r], r * (size + 1)
+        a, first = law.chosen[r], r * (n + 1)
         i = state.active[a]
-        slope, start = law.surface.line(lanes, law.surface, i, v.load(lanes, law.touching, i))
+        code = v.load(lanes, law.touching, i)
+        slope, start = law.surface.linear_branch(lanes, law.surface, i, code)
         for c in range(n):
-            value = slope * v.load(lanes, law.coupling, law.work.chosen[c] * n_rows + a)
+            value = slope * v.load(lanes, law.coupling, law.chosen[c] * n_rows + a)
             if r == c:
                 value = value + (1.0 - slope)
             v.store(equations, first + c, value)
-        for c in range(n, size):
-            v.store(equations, first + c, v.splat(lanes, 0.0))
-        v.store(equations, first + size, v.fma(slope, v.load(lanes, state.depth, a), start))
-    for r in range(n, size):
-        for c in range(size + 1):
-            v.store(equations, r * (size + 1) + c, v.splat(lanes, 1.0 if r == c else 0.0))
-
-
-@compiled(inline=True, inner=True)
-def factors(lanes: tuple, A: np.ndarray, n: int, p: int, r: int) -> tuple[np.ndarray, np.ndarray]:
-    """Factors (L,) of rows p and p + 1 that make row r zero in columns p and p + 1."""
-    at = r * (n + 1) + p
-    pivot = p * (n + 1) + p
-    first = 0.0 - v.load(lanes, A, at) * v.load(lanes, A, pivot)
-    left = v.fma(first, v.load(lanes, A, pivot + 1), v.load(lanes, A, at + 1))
-    return first, 0.0 - left * v.load(lanes, A, pivot + n + 2)
+        v.store(equations, first + n, v.fma(slope, v.load(lanes, state.depth, a), start))
 
 
 @compiled(inner=True)
 def eliminate(lanes: tuple, A: np.ndarray, n: int) -> None:
-    """Make n equations, an even number, triangular (A, (n·(n + 1), L), is modified).
+    """Make n equations triangular (A, (n·(n + 1), L), is modified).
 
-    Two rows are added to two others at a time, so that each number is loaded and stored half as
-    often. The reciprocals of the pivots end on the diagonal.
+    The reciprocals of the pivots end on the diagonal.
     """
-    for p in range(0, n, 2):
-        one, two = p * (n + 1), (p + 1) * (n + 1)
-        scale = v.inverse(v.load(lanes, A, one + p))
-        v.store(A, one + p, scale)
-        less = 0.0 - v.load(lanes, A, two + p) * scale
-        for c in range(p + 1, n + 1):
-            value = v.fma(less, v.load(lanes, A, one + c), v.load(lanes, A, two + c))
-            v.store(A, two + c, value)
-        v.store(A, two + p + 1, v.inverse(v.load(lanes, A, two + p + 1)))
-        for r in range(p + 2, n, 2):
-            three, four = r * (n + 1), (r + 1) * (n + 1)
-            one_in_three, two_in_three = factors(lanes, A, n, p, r)
-            one_in_four, two_in_four = factors(lanes, A, n, p, r + 1)
-            for c in range(p + 2, n + 1):
-                first, second = v.load(lanes, A, one + c), v.load(lanes, A, two + c)
-                upper = v.fma(one_in_three, first, v.load(lanes, A, three + c))
-                lower = v.fma(one_in_four, first, v.load(lanes, A, four + c))
-                v.store(A, three + c, v.fma(two_in_three, second, upper))
-                v.store(A, four + c, v.fma(two_in_four, second, lower))
+    for p in range(n):
+        pivot = p * (n + 1)
+        scale = v.inverse(v.load(lanes, A, pivot + p))
+        v.store(A, pivot + p, scale)
+        for row in range(pivot + n + 1, n * (n + 1), n + 1):
+            less = 0.0 - v.load(lanes, A, row + p) * scale
+            for c in range(p + 1, n + 1):
+                value = v.fma(less, v.load(lanes, A, pivot + c), v.load(lanes, A, row + c))
+                v.store(A, row + c, value)
 
 
 @compiled(inner=True)
-def solve_set(
-    lanes: tuple, law: SolidArrays, n: int, size: int, begin: int, trying: np.ndarray
-) -> None:
-    """Solve the equations of n chosen points for the depths x, ``law.work.depths`` (modified).
+def solve_set(lanes: tuple, law: SolidArrays, n: int, begin: int, trying: np.ndarray) -> None:
+    """Solve the equations of n chosen points for the depths x, ``law.depths`` (modified).
 
-    size: number of equations, as in `set_equations`.
     begin: place of the first point of the group.
-    trying: (L,) bool, lanes whose ``law.work.undone`` becomes x.
+    trying: (L,) bool, lanes whose ``law.undone`` becomes x.
     """
-    work, idle = law.work, v.select(trying, 0.0, 1.0)
-    eliminate(lanes, work.equations, size)
+    idle = v.select(trying, 0.0, 1.0)
+    eliminate(lanes, law.equations, n)
     for back in range(n):
         p = n - 1 - back
-        row = p * (size + 1)
+        row = p * (n + 1)
         less = v.splat(lanes, 0.0)
         for c in range(p + 1, n):
-            factor = v.load(lanes, work.equations, row + c)
-            less = v.fma(factor, v.load(lanes, work.depths, c), less)
-        x = v.load(lanes, work.equations, row + size) - less
-        x = x * v.load(lanes, work.equations, row + p)
-        v.store(work.depths, p, x)
-        at = work.chosen[p] - begin
-        v.store(work.undone, at, v.select(idle > 0.0, v.load(lanes, work.undone, at), x))
+            factor = v.load(lanes, law.equations, row + c)
+            less = v.fma(factor, v.load(lanes, law.depths, c), less)
+        x = v.load(lanes, law.equations, row + n) - less
+        x = x * v.load(lanes, law.equations, row + p)
+        v.store(law.depths, p, x)
+        at = law.chosen[p] - begin
+        v.store(law.undone, at, v.select(idle > 0.0, v.load(lanes, law.undone, at), x))
 
 
 @compiled(inner=True)
@@ -137,9 +106,10 @@ def find_wrong(
     lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int, n: int,
     threshold: np.ndarray, limit: np.ndarray, trying: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Mark points off the guessed line in ``law.work.wrong``, by 1 + the code of the right line.
+    """Mark points off the guessed line in ``law.wrong``, by 1 + the code of the right line.
 
-    A point that other forces push in needs its column of W, without which `check` has no gains.
+    A point that other forces push in needs its column of W, without which `verify_branch` has no
+    gains.
 
     n: number of chosen points.
     trying: (L,) bool, lanes without a solution so far; the others have no wrong points.
@@ -150,27 +120,25 @@ def find_wrong(
     # numbers, because a mask that is made before a loop is no register inside
     far = v.select(trying, threshold, np.inf)
     most = v.select(trying, limit, np.inf)
-    for a in range(start, law.groups[group + 1], TILE):  # rows after the group are not used
-        less = v.tile_splat(TIPS, zero)
-        for r in range(n):
-            effects = v.consecutive(TIPS, law.work.chosen[r] * n_rows + a)
-            less = v.tile_fma(less, law.coupling, effects, v.load(lanes, law.work.depths, r))
-        v.tile_store(law.work.wrong, v.consecutive(TIPS, a - start), less)
     for a in range(start, law.groups[group + 1]):
-        depth = v.load(lanes, state.depth, a) - v.load(lanes, law.work.wrong, a - start)
-        v.store(law.work.wrong, a - start, depth)
+        less = zero
+        for r in range(n):
+            effect = v.load(lanes, law.coupling, law.chosen[r] * n_rows + a)
+            less = v.fma(effect, v.load(lanes, law.depths, r), less)
+        depth = v.load(lanes, state.depth, a) - less
+        v.store(law.wrong, a - start, depth)
         if not law.turned[a] and v.any_lane(most < depth):
-            law.work.fresh[n_fresh] = a
+            law.fresh[n_fresh] = a
             n_fresh += 1
     turn(lanes, state, law, n_fresh, law.groups[n_groups])
     for a in range(start, law.groups[group + 1]):
-        i, x = state.active[a], v.load(lanes, law.work.undone, a - start)
-        depth = v.load(lanes, law.work.wrong, a - start)
+        i, x = state.active[a], v.load(lanes, law.undone, a - start)
+        depth = v.load(lanes, law.wrong, a - start)
         near = far < v.load(lanes, law.deepest, law.blade[i])
         code = v.load(lanes, law.touching, i)
-        wrong = law.surface.check(lanes, law.surface, i, depth, x, code, limit, trying)
+        wrong = law.surface.verify_branch(lanes, law.surface, i, depth, x, code, limit, trying)
         wrong = v.select(near, wrong, 0.0)
-        v.store(law.work.wrong, a - start, wrong)
+        v.store(law.wrong, a - start, wrong)
         count = count + wrong
     return count
 
@@ -188,7 +156,7 @@ def change_sides(
     for back in range(end - start):
         a = end - 1 - back
         i = state.active[a]
-        wrong = v.load(lanes, law.work.wrong, a - start)
+        wrong = v.load(lanes, law.wrong, a - start)
         if not all_at_once:
             is_wrong = wrong > 0.0
             wrong, free = v.select(free > 0.0, wrong, 0.0), v.select(is_wrong, 0.0, free)
@@ -215,9 +183,8 @@ def solve_group(
     n, trying, tried = 0, solving, zero
     for trial in range(MOST_TRIALS):
         n = choose(lanes, state, law, n_groups, group, trying)
-        size = n + n % 2
-        set_equations(lanes, state, law, n, size)
-        solve_set(lanes, law, n, size, start, trying)
+        set_equations(lanes, state, law, n)
+        solve_set(lanes, law, n, start, trying)
         count = find_wrong(lanes, state, law, n_groups, group, n, threshold, limit, trying)
         tried = tried + v.select(trying, 1.0, 0.0)
         trying = count > 0.0
@@ -227,7 +194,7 @@ def solve_group(
     change = zero
     for a in range(start, end):
         old = v.load(lanes, state.multiplier, state.active[a])
-        new = v.larger(v.load(lanes, law.work.undone, a - start), 0.0)
+        new = v.larger(v.load(lanes, law.undone, a - start), 0.0)
         new = v.select(solving, new, old)
         change = v.larger(v.larger(new - old, old - new), change)
         v.store(state.multiplier, state.active[a], new)

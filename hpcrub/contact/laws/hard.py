@@ -7,8 +7,7 @@ import numpy as np
 from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import larger, select, splat
-from hpcrub.contact.laws.blades import solve_stuck
-from hpcrub.contact.lcp import gauss_seidel
+from hpcrub.contact.lcp import gauss_seidel, pivoting
 from hpcrub.contact.protocols import Scene
 
 
@@ -30,12 +29,13 @@ class NoArrays(NamedTuple):
 class Hard(NoArrays):
     """A rigid casing: N ≥ 0, p ≤ 0, N p = 0. The code of a point is 1 with a force, else 0.
 
-    `surfaces.Coated` describes the methods.
+    It has no state, and none of its forces goes on. `surfaces.Coated` describes the methods.
     """
 
-    tick = meet = near = total = staticmethod(unchanged)
-    relieve = keep = comply = wear = staticmethod(nothing)
-    despair = staticmethod(solve_stuck)
+    advance_clock = find_bars = effective_depth = staticmethod(unchanged)
+    remember_force = total_force = staticmethod(unchanged)
+    subtract_earlier = set_gains = wear = staticmethod(nothing)
+    give_up = staticmethod(pivoting.solve_stuck)
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
@@ -45,6 +45,9 @@ class Hard(NoArrays):
     def fill(self, lane: int, scene: Scene, h: float, compliance: np.ndarray) -> None:
         """Nothing depends on the lane."""
 
+    def set_all_gains(self, stiffness: np.ndarray) -> None:
+        """No gains."""
+
     def memory(self, lane: int) -> None:
         """No memory."""
 
@@ -53,7 +56,7 @@ class Hard(NoArrays):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
+    def solve_planar(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
         """Contact forces of a planar disk (state is modified)."""
         n_active = gauss_seidel.candidates(lanes, law, state, deepest)
         gauss_seidel.solve(lanes, law, state, deepest, n_active)
@@ -61,21 +64,19 @@ class Hard(NoArrays):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def follow(lanes: tuple, surface: "Hard", j: int, d: np.ndarray) -> tuple:
+    def depth_undone(lanes: tuple, surface: "Hard", j: int, d: np.ndarray) -> tuple:
         """Depth d where it is positive, and the code of a force."""
         return larger(d, 0.0), splat(lanes, 1.0)
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def line(
-        lanes: tuple, surface: "Hard", j: int, code: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def linear_branch(lanes: tuple, surface: "Hard", j: int, code: np.ndarray) -> tuple:
         """Slope and start: x = d with a force, else x = 0."""
         return larger(code, 0.0), splat(lanes, 0.0)
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def check(
+    def verify_branch(
         lanes: tuple, surface: "Hard", j: int, p: np.ndarray, x: np.ndarray, code: np.ndarray,
         limit: np.ndarray, trying: np.ndarray,
     ) -> np.ndarray:  # fmt: skip

@@ -6,39 +6,29 @@ unit modal coordinate (Joachim, Nyssen, Batailly 2020, section 2.2.2). The point
 `surfaces`.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from hpcrub.contact.arrays import FLAW, Bank
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import inverse, lane_arrays
+from hpcrub.contact.lanes import lane_arrays
 from hpcrub.contact.laws.surface_law import SurfaceLaw
-from hpcrub.contact.laws.surfaces import Coated, find_gains, surface_of
+from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
-from hpcrub.contact.protocols import Grid, Scene, Surface
+from hpcrub.contact.lcp.gauss_seidel import Coupled
+from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import columns, delassus, row_bound, spread
-from hpcrub.model.reduction import Modes
+from hpcrub.model.reduction import Rows
 
 
-class PlanarArrays(NamedTuple):
-    """Delassus operator of C contact points (padded) in L lanes."""
-
-    coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
-    stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
-    bound: np.ndarray  # see `tables.row_bound` (1, L) [-]
-    surface: Surface
-
-
-class Planar(SurfaceLaw, PlanarArrays):
+class Planar(SurfaceLaw, Coupled):
     """The law of planar disks, with C contact points (padded) in L lanes."""
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
         """Contact forces of a step (bank is modified); see `protocols.Law`."""
-        return bank.law.surface.press(lanes, bank.law, bank.state, deepest)
+        return bank.law.surface.solve_planar(lanes, bank.law, bank.state, deepest)
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
@@ -46,25 +36,25 @@ class Planar(SurfaceLaw, PlanarArrays):
         return Planar._fields
 
     @classmethod
-    def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Planar":
+    def allocate(cls, rows: Rows, scene: Scene, grid: Grid, width: int) -> "Planar":
         """Make the arrays for idle lanes; see `protocols.Law`."""
-        n_points = columns(modes.normal).shape[1]
+        n_points = columns(rows.normal).shape[1]
         return cls(
             **lane_arrays(width, coupling=(n_points + 1) ** 2, stiffness=n_points, bound=1),
             surface=surface_of(scene, grid, n_points, width),
         )
 
     @classmethod
-    def loads(cls, modes: Modes, scene: Scene) -> np.ndarray:
+    def loads(cls, rows: Rows, scene: Scene) -> np.ndarray:
         """Modal forces of unit multipliers (K, C), normal force and friction together."""
-        normal, tangential, _ = modes.forces
+        normal, tangential, _ = rows.forces
         return -(columns(normal) + scene.friction * columns(tangential))
 
-    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
+    def fill(self, bank: Bank, lane: int, rows: Rows, scene: Scene) -> None:
         """Give a lane its Delassus operator and a new surface (bank is modified)."""
-        gain, (normal, tangential, _) = bank.scheme.gain[:, lane], modes.forces
-        by_normal = delassus(modes.normal.T, normal.T, gain)
-        W = by_normal + scene.friction * delassus(modes.normal.T, tangential.T, gain)
+        gain, (normal, tangential, _) = bank.scheme.gain[:, lane], rows.forces
+        by_normal = delassus(rows.normal.T, normal.T, gain)
+        W = by_normal + scene.friction * delassus(rows.normal.T, tangential.T, gain)
         self.surface.fill(lane, scene, bank.scheme.step[lane], by_normal)
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W)
         if flaw not in (NONE, UNPROVEN):  # the lane gets no forces, and fails once a point touches
@@ -74,9 +64,7 @@ class Planar(SurfaceLaw, PlanarArrays):
         spread(self.coupling, lane, coupling)
         self.stiffness[: len(W), lane] = 1.0 / np.diag(W)
         self.bound[0, lane] = row_bound(coupling)
-        if isinstance(self.surface, Coated):
-            for j in range(len(W)):
-                find_gains((0,) * bank.width, self.surface, j, inverse(self.stiffness[j]))
+        self.surface.set_all_gains(self.stiffness)
 
     def forces_on_points(
         self, multiplier: np.ndarray, scene: Scene

@@ -11,14 +11,14 @@ from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, Bank, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.blades import solve_blades
-from hpcrub.contact.laws.solid_arrays import SolidArrays, Work
+from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.laws.surface_law import SurfaceLaw
 from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
 from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import columns, delassus, spread
-from hpcrub.model.reduction import Modes
+from hpcrub.model.reduction import Rows
 
 GROUP = 48  # largest number of contact points in a group of neighbouring blades
 
@@ -54,8 +54,7 @@ def turned_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int) -
         held = v.select(v.load(lanes, state.penetration, i) > 0.0, -1.0, 0.0)
         v.store(law.touching, i, v.select(touches > 0.0, touches, held))
         force = force * v.load(lanes, law.stiffness, i)
-        law.surface.keep(lanes, law.surface, i, force)
-        force = law.surface.total(lanes, law.surface, i, force)
+        force = law.surface.remember_force(lanes, law.surface, i, force)
         v.store(state.multiplier, i, force)
         state.active[n] = i
         n += int(v.any_lane(force > 0.0))
@@ -78,7 +77,7 @@ class Solid(SurfaceLaw, SolidArrays):
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
         """Contact forces of a step (bank is modified); see `protocols.Law`."""
         state, law = bank.state, bank.law
-        deepest = law.surface.meet(lanes, law.surface, state, deepest)
+        deepest = law.surface.find_bars(lanes, law.surface, state, deepest)
         if not v.any_lane(deepest > 0.0):
             return 0
         n_active = solve_blades(lanes, state, law, deepest)
@@ -91,16 +90,17 @@ class Solid(SurfaceLaw, SolidArrays):
         """Names of arrays whose last axis is the lanes."""
         return (
             "coupling", "stiffness", "across", "jams", "compliance", "cosine", "sine",
-            "touching", "deepest", "work", "touched", "surface",
+            "touching", "deepest", "touched", "surface", "equations", "depths", "undone", "wrong",
         )  # fmt: skip
 
     @classmethod
-    def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Solid":
+    def allocate(cls, rows: Rows, scene: Scene, grid: Grid, width: int) -> "Solid":
         """Make the arrays for idle lanes; see `protocols.Law`."""
-        interface, axial = scene.interface, columns(modes.axial)
+        interface, axial = scene.interface, columns(rows.axial)
         n_points = axial.shape[1]
         first = np.append(0, np.cumsum(interface.points_per_blade))
         starts = group_starts(first)
+        most = np.diff(first[starts]).max()
         way = np.zeros(n_points)
         way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
         return cls(
@@ -108,6 +108,7 @@ class Solid(SurfaceLaw, SolidArrays):
                 width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=n_points, jams=1,
                 compliance=3 * n_points**2, cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, touched=interface.n_blades,
+                equations=most * (most + 1), depths=most, undone=most, wrong=most,
             ),
             points=np.argsort(interface.blade, kind="stable"),
             blade=interface.blade,
@@ -115,23 +116,24 @@ class Solid(SurfaceLaw, SolidArrays):
             starts=starts,
             way=way,
             friction=scene.friction,
-            tangential=np.asfortranarray(columns(modes.tangential)),
+            tangential=np.asfortranarray(columns(rows.tangential)),
             axial=np.asfortranarray(axial),
             groups=np.zeros(len(starts), dtype=np.int64),
             turned=np.zeros(n_points, dtype=np.int64),
-            work=Work.allocate(n_points, np.diff(first[starts]).max(), width),
+            fresh=np.zeros(n_points + 1, dtype=np.int64),
+            chosen=np.zeros(most, dtype=np.int64),
             surface=surface_of(scene, grid, n_points, width),
         )  # fmt: skip
 
     @classmethod
-    def loads(cls, modes: Modes, scene: Scene) -> np.ndarray:
+    def loads(cls, rows: Rows, scene: Scene) -> np.ndarray:
         """Modal forces of unit multipliers (K, 3C): normal, tangential, axial."""
-        return -np.hstack([columns(rows) for rows in modes.forces])
+        return -np.hstack([columns(by) for by in rows.forces])
 
-    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
+    def fill(self, bank: Bank, lane: int, rows: Rows, scene: Scene) -> None:
         """Give a lane its compliances, and report a flaw of the operator (bank is modified)."""
         gain, friction = bank.scheme.gain[:, lane], scene.friction
-        W = np.stack([delassus(modes.normal.T, by.T, gain) for by in modes.forces])
+        W = np.stack([delassus(rows.normal.T, by.T, gain) for by in rows.forces])
         self.surface.fill(lane, scene, bank.scheme.step[lane], W[0])
         own, along, across = np.diagonal(W, axis1=1, axis2=2)
         self.jams[0, lane] = (own <= friction * np.hypot(along, across)).any()

@@ -4,38 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact.lanes import TILE, lane_arrays
-from hpcrub.contact.protocols import Surface
-
-
-class Work(NamedTuple):
-    """Work space for the solver of a group of at most P points; no step reads it from another.
-
-    Arrays have R = P + TILE rows, because tiles and pairs of rows can go beyond the last point.
-    """
-
-    fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + 1,) int
-    chosen: np.ndarray  # places of the points that carry a force (P,) int
-    equations: np.ndarray  # equations of the chosen points, each with its right side (R·R, L)
-    depths: np.ndarray  # solution of the equations (R, L) [m]
-    undone: np.ndarray  # depth x that the force on each point of the group undoes (R, L) [m]
-    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (R, L)
-    wrong: np.ndarray
-
-    @staticmethod
-    def per_lane() -> tuple[str, ...]:
-        """Names of arrays whose last axis is the lanes."""
-        return "equations", "depths", "undone", "wrong"
-
-    @classmethod
-    def allocate(cls, n_points: int, most: int, width: int) -> "Work":
-        """Work space for n_points (padded) in groups of at most ``most`` points."""
-        rows = most + TILE
-        return cls(
-            fresh=np.zeros(n_points + 1, dtype=np.int64),
-            chosen=np.zeros(most, dtype=np.int64),
-            **lane_arrays(width, equations=rows**2, depths=rows, undone=rows, wrong=rows),
-        )
+from hpcrub.contact.laws.surfaces import Surface
 
 
 class SolidArrays(NamedTuple):
@@ -62,6 +31,13 @@ class SolidArrays(NamedTuple):
     groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
     turned: np.ndarray  # 1 where a listed point's column of W is filled, else 0 (C,) int (modified)
     deepest: np.ndarray  # deepest penetration of every blade (N, L) [m] (modified)
-    work: Work  # (modified)
     touched: np.ndarray  # number of steps in which a blade carried a force (N, L) (modified)
     surface: Surface
+    # Work space for the solver of a group of at most P points, which no step reads from another
+    fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + 1,) int
+    chosen: np.ndarray  # places of the points that carry a force (P,) int
+    equations: np.ndarray  # equations of the chosen points, each with its right side (P·(P + 1), L)
+    depths: np.ndarray  # solution of the equations (P, L) [m]
+    undone: np.ndarray  # depth x that the force on each point of the group undoes (P, L) [m]
+    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (P, L)
+    wrong: np.ndarray

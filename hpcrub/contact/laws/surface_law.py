@@ -6,8 +6,8 @@ import numpy as np
 
 from hpcrub.contact.arrays import Bank
 from hpcrub.contact.jit import compiled
+from hpcrub.contact.laws.surfaces import Surface
 from hpcrub.contact.passes import predict
-from hpcrub.contact.protocols import Surface
 
 
 class SurfaceLaw:
@@ -18,9 +18,9 @@ class SurfaceLaw:
     @staticmethod
     @compiled(inline=True, inner=True)
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-        """Corrector, predictor and penetrations, then the surface's `tick`."""
+        """Corrector, predictor and penetrations, then the surface's `advance_clock`."""
         deepest = predict(lanes, bank, step, n_active)
-        return bank.law.surface.tick(lanes, bank.law.surface, deepest)
+        return bank.law.surface.advance_clock(lanes, bank.law.surface, deepest)
 
     def memory(self, lane: int) -> Any:
         """Memory of the surface; see `protocols.Law`."""

@@ -33,15 +33,44 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import STUCK, UNSOLVED, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.laws.giving import press
 from hpcrub.contact.laws.hard import Hard
-from hpcrub.contact.protocols import Grid, Scene, Surface
+from hpcrub.contact.laws.yielding_planar import solve_planar
+from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.recurrence import newmark
 
 BEFORE, BEYOND, START = range(3)  # rows of `Coated.bars`: k₁, k₂ and c₀
 LINES = 4  # lines of a point: bar before yield, beyond yield, casing behind, bar used up
 WEIGHTS = 3  # number of weights of a point: a, b and c
 LATEST, EARLIER = range(2)  # steps whose forces a point remembers
+
+
+@compiled(inline=True, inner=True)
+def relief(lanes: tuple, surface: "Coated", j: int) -> np.ndarray:
+    """Depth (L,) [m] that earlier forces on a point undo."""
+    earlier = v.load(lanes, surface.earlier, j)
+    return v.larger(earlier, 0.0) * v.load(lanes, surface.compliance, j)
+
+
+@compiled(inline=True, inner=True)
+def held(lanes: tuple, surface: "Coated", j: int, worn: np.ndarray) -> np.ndarray:
+    """Force (L,) [N] of a bar that is used up; worn: worn depth of the bar (L,) [m]."""
+    before = surface.bars[BEFORE, j] * (surface.thickness - worn)
+    beyond = surface.bars[BEYOND, j] * surface.thickness + surface.bars[START, j]
+    return v.select(beyond < before, beyond, before)
+
+
+def find_gains(lanes: tuple, surface: "Coated", j: int, compliance: np.ndarray) -> None:
+    """Set the gains γ of a point's lines from its compliance W (L,) [m/N] (surface, modified)."""
+    v.store(surface.compliance, j, compliance)
+    compliance = compliance * v.load(lanes, surface.weights, WEIGHTS * j)
+    for row, slope in ((0, surface.bars[BEFORE, j]), (1, surface.bars[BEYOND, j])):
+        gain = compliance * v.inverse(v.fma(compliance, slope, 1.0))
+        v.store(surface.gain, LINES * j + row, gain)
+    behind = surface.stiffness + v.load(lanes, surface.lag, 0)
+    gain = compliance * v.inverse(v.fma(compliance, behind, 1.0))
+    rigid = v.select(compliance > 0.0, 1.0, 0.0)
+    v.store(surface.gain, LINES * j + 2, gain if surface.carried != 0.0 else rigid)
+    v.store(surface.gain, LINES * j + 3, compliance * surface.carried)
 
 
 class CoatedArrays(NamedTuple):
@@ -72,45 +101,16 @@ class CoatedArrays(NamedTuple):
     carried: float  # 1; 0 for a rigid casing, whose force replaces that of the bar
 
 
-@compiled(inline=True, inner=True)
-def relief(lanes: tuple, surface: CoatedArrays, j: int) -> np.ndarray:
-    """Depth (L,) [m] that earlier forces on a point undo."""
-    earlier = v.load(lanes, surface.earlier, j)
-    return v.larger(earlier, 0.0) * v.load(lanes, surface.compliance, j)
-
-
-@compiled(inline=True, inner=True)
-def held(lanes: tuple, surface: CoatedArrays, j: int, worn: np.ndarray) -> np.ndarray:
-    """Force (L,) [N] of a bar that is used up; worn: worn depth of the bar (L,) [m]."""
-    before = surface.bars[BEFORE, j] * (surface.thickness - worn)
-    beyond = surface.bars[BEYOND, j] * surface.thickness + surface.bars[START, j]
-    return v.select(beyond < before, beyond, before)
-
-
-def find_gains(lanes: tuple, surface: CoatedArrays, j: int, compliance: np.ndarray) -> None:
-    """Set the gains γ of a point's lines from its compliance W (L,) [m/N] (surface, modified)."""
-    v.store(surface.compliance, j, compliance)
-    compliance = compliance * v.load(lanes, surface.weights, WEIGHTS * j)
-    for row, slope in ((0, surface.bars[BEFORE, j]), (1, surface.bars[BEYOND, j])):
-        gain = compliance * v.inverse(v.fma(compliance, slope, 1.0))
-        v.store(surface.gain, LINES * j + row, gain)
-    behind = surface.stiffness + v.load(lanes, surface.lag, 0)
-    gain = compliance * v.inverse(v.fma(compliance, behind, 1.0))
-    rigid = v.select(compliance > 0.0, 1.0, 0.0)
-    v.store(surface.gain, LINES * j + 2, gain if surface.carried != 0.0 else rigid)
-    v.store(surface.gain, LINES * j + 3, compliance * surface.carried)
-
-
 class Coated(CoatedArrays):
     """A coating that wears, and the casing behind it.
 
-    From `meet` on `State.penetration` counts from the worn surface. The code of a line is 1 before
-    and 2 beyond yield, 3 on the casing behind, 4 on a bar that is used up while the casing would
-    pull, and 0 without force.
+    From `find_bars` on `State.penetration` counts from the worn surface. The code of a line is 1
+    before and 2 beyond yield, 3 on the casing behind, 4 on a bar that is used up while the casing
+    would pull, and 0 without force.
     """
 
-    press = staticmethod(press)
-    comply = staticmethod(compiled(find_gains, inner=True))
+    solve_planar = staticmethod(solve_planar)
+    set_gains = staticmethod(compiled(find_gains, inner=True))
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
@@ -168,6 +168,11 @@ class Coated(CoatedArrays):
         # what `relief` needs in the first step, if earlier forces go on
         self.compliance[:n, lane] = np.diag(compliance)
 
+    def set_all_gains(self, stiffness: np.ndarray) -> None:
+        """Set the gains of all points in all lanes where W never changes; stiffness: 1/W (C, L)."""
+        for j, row in enumerate(stiffness):
+            find_gains((0,) * len(row), self, j, v.inverse(row))
+
     def worn_depth(self, lane: int) -> np.ndarray:
         """Worn depths around the casing (Z, S) [m], bar e at the angle 2πe/S of the casing."""
         worn = self.worn[:, lane].reshape(-1, self.n_steps)
@@ -197,7 +202,7 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def tick(lanes: tuple, surface: "Coated", deepest: np.ndarray) -> np.ndarray:
+    def advance_clock(lanes: tuple, surface: "Coated", deepest: np.ndarray) -> np.ndarray:
         """Advance the clock by a step (surface is modified).
 
         Returns the deepest penetration (L,) [m], made positive while earlier forces go on.
@@ -208,7 +213,7 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inner=True)
-    def meet(lanes: tuple, surface: "Coated", state: State, deepest: np.ndarray) -> np.ndarray:
+    def find_bars(lanes: tuple, surface: "Coated", state: State, deepest: np.ndarray) -> np.ndarray:
         """Find the bars under the points, penetrations of the worn bars, and forces that go on.
 
         Modifies surface and state.
@@ -240,13 +245,14 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def near(lanes: tuple, surface: "Coated", j: int, depth: np.ndarray) -> np.ndarray:
-        """Larger of the penetration of a point and the depth that earlier forces undo (L,) [m]."""
-        return v.larger(depth, relief(lanes, surface, j))
+    def effective_depth(lanes: tuple, surface: "Coated", j: int, depth: np.ndarray) -> np.ndarray:
+        """Depth (L,) [m] of a point, the depth that earlier forces undo where this is larger."""
+        undone = relief(lanes, surface, j)
+        return v.select(undone > 0.0, v.larger(depth, undone), depth)
 
     @staticmethod
     @compiled(inner=True)
-    def relieve(
+    def subtract_earlier(
         lanes: tuple, surface: "Coated", state: State, law: Any, start: int, end: int, n: int
     ) -> None:
         """Reduce the depths of listed points by the effect of earlier forces (state is modified).
@@ -265,14 +271,17 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def total(lanes: tuple, surface: "Coated", j: int, force: np.ndarray) -> np.ndarray:
+    def total_force(lanes: tuple, surface: "Coated", j: int, force: np.ndarray) -> np.ndarray:
         """Force (L,) [N] on a point, including earlier forces that go on."""
         return force + v.load(lanes, surface.earlier, j)
 
     @staticmethod
     @compiled(inner=True)
-    def keep(lanes: tuple, surface: "Coated", j: int, pushed: np.ndarray) -> None:
-        """Remember the force N on a point; pushed: a N (L,) [N] (surface is modified)."""
+    def remember_force(lanes: tuple, surface: "Coated", j: int, pushed: np.ndarray) -> np.ndarray:
+        """Remember the force N on a point; pushed: a N (L,) [N] (surface is modified).
+
+        Returns `total_force`.
+        """
         new = pushed * v.load(lanes, surface.unweighted, j)
         if surface.carried == 0.0:  # a rigid casing pushes in its own step only
             most = held(lanes, surface, j, v.load(lanes, surface.worn, surface.bar[j]))
@@ -280,10 +289,11 @@ class Coated(CoatedArrays):
         v.store(surface.remembered, 2 * j + LATEST, new)
         if v.any_lane(new > 0.0):
             surface.clock[2] = surface.clock[0]
+        return pushed + v.load(lanes, surface.earlier, j)
 
     @staticmethod
     @compiled(inner=True)
-    def follow(
+    def depth_undone(
         lanes: tuple, surface: "Coated", j: int, d: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Depth x (L,) that the force on point j undoes at the depth d [m], and its line's code."""
@@ -310,7 +320,7 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inner=True)
-    def line(
+    def linear_branch(
         lanes: tuple, surface: "Coated", j: int, code: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Slope (L,) [-] and start (L,) [m] of the line x = slope·d + start with a code."""
@@ -338,7 +348,7 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def check(
+    def verify_branch(
         lanes: tuple, surface: "Coated", j: int, p: np.ndarray, x: np.ndarray, code: np.ndarray,
         limit: np.ndarray, trying: np.ndarray,
     ) -> np.ndarray:  # fmt: skip
@@ -350,7 +360,7 @@ class Coated(CoatedArrays):
         """
         worn = v.load(lanes, surface.worn, surface.bar[j])
         v.store(surface.reached, j, v.select(trying, p + worn, v.load(lanes, surface.reached, j)))
-        right, line_code = surface.follow(lanes, surface, j, p + x)
+        right, line_code = surface.depth_undone(lanes, surface, j, p + x)
         off = right - x
         return v.select(limit < v.larger(off, 0.0 - off), 1.0 + line_code, 0.0)
 
@@ -370,11 +380,14 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def despair(state: State, law: Any, n_active: int) -> None:
+    def give_up(state: State, law: Any, n_active: int) -> None:
         """Report the lanes that are stuck as lanes without a solution (state is modified)."""
         for lane in range(state.report.shape[1]):
             if state.report[STUCK, lane] != 0.0:
                 state.report[UNSOLVED, lane] = 1.0
+
+
+Surface = Hard | Coated
 
 
 def surface_of(scene: Scene, grid: Grid, n_points: int, width: int) -> Surface:

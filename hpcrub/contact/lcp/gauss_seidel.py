@@ -6,13 +6,14 @@ unknowns. Sums run around the contact points, from a point's successor to its pr
 points that are active only in other lanes add exact zeros: no lane depends on another.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import STUCK, SWEEPS, UNSOLVED, State
+from hpcrub.contact.arrays import STUCK, SWEEPS, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lcp.pivoting import solve_by_pivoting
-from hpcrub.contact.protocols import Coupled
+from hpcrub.contact.lcp.pivoting import solve_lane
 
 ROOM = 12
 FOUR, FIVE, SIX, SEVEN, EIGHT, TWELVE = ((0,) * n for n in (4, 5, 6, 7, 8, ROOM))
@@ -22,8 +23,17 @@ MAX_SWEEPS = 200  # sweeps before pivoting; about five are usual
 FREE = 5
 # A lane that once changed by so many tolerances has not converged, even if its last change is
 # small: depths that overflow stay infinite, and their change is no number.
-RUNAWAY = 1e112
+BLOWN_UP = 1e112
 TOLERANCE = 1e-12  # tolerance of the depths x, over the deepest penetration
+
+
+class Coupled(NamedTuple):
+    """Delassus operator of C contact points (padded) in L lanes."""
+
+    coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
+    stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
+    bound: np.ndarray  # see `tables.row_bound` (1, L) [-]
+    surface: Any  # what the points meet, a `surfaces.Surface`
 
 
 @compiled(inline=True, inner=True)
@@ -55,7 +65,7 @@ def unsettled(
 ) -> np.ndarray:
     """Lanes (L,) that did not converge, by the change of the last sweep and the largest one [m]."""
     # a denormal penetration has the tolerance 0
-    far = v.larger(RUNAWAY * limit, RUNAWAY * TOLERANCE)
+    far = v.larger(BLOWN_UP * limit, BLOWN_UP * TOLERANCE)
     return limit < v.select(far < largest, largest, change)
 
 
@@ -77,8 +87,10 @@ def solve_few(
         x = v.tile_relax(law.coupling, n_rows, rows, state.penetration, x)
         if sweep >= FREE:
             changing = limit < change
-            v.tile_replace(state.multiplier, rows, changing, x)
-            change = v.select(changing, v.tile_distance(x, before), 0.0)
+            kept = v.load(lanes, state.multiplier, rows)
+            v.store(state.multiplier, rows, v.select(changing, x, kept))
+            change = v.tile_largest(v.magnitude(v.fma(before, -1.0, x)))
+            change = v.select(changing, change, 0.0)
             sweeps = v.select(changing, float(sweep), sweeps)
             largest = v.larger(change, largest)
             if not v.any_lane(limit < change):
@@ -104,7 +116,7 @@ def relax(
             less = 0.0 - v.load(lanes, law.coupling, j * n_rows + i)
             depth = v.fma(less, v.load(lanes, state.multiplier, i), depth)
         old = v.load(lanes, state.multiplier, j)
-        new = law.surface.follow(lanes, law.surface, j, depth)[0]
+        new = law.surface.depth_undone(lanes, law.surface, j, depth)[0]
         new = v.select(changing, new, old)
         change = v.larger(v.larger(new - old, old - new), change)
         v.store(state.multiplier, j, new)
@@ -151,27 +163,19 @@ def solve_stuck(law: Coupled, state: State, n_active: int) -> None:
     for lane in range(state.report.shape[1]):
         if state.report[STUCK, lane] == 0.0:
             continue
-        deepest = state.penetration[0, lane]
-        for depth in state.penetration[:, lane]:
-            if depth > deepest or depth != depth:  # a number that is none stays
-                deepest = depth
-        nearest = -law.bound[0, lane] * deepest
+        depth = state.penetration[:, lane]
+        nearest = -law.bound[0, lane] * depth.max()  # a number that is none stays
         rows, n = np.empty(n_active, np.int64), 0
         for i in state.active[:n_active]:
             state.multiplier[i, lane] = 0.0
-            if state.penetration[i, lane] > nearest:
+            if depth[i] > nearest:
                 rows[n] = i
                 n += 1
-        M, p, x = np.empty((n, n)), np.empty(n), np.empty(n)
+        M = np.eye(n)
         for a in range(n):
-            p[a] = state.penetration[rows[a], lane]
             for b in range(n):
-                M[a, b] = law.coupling[rows[a] * n_rows + rows[b], lane]
-            M[a, a] += 1.0
-        if not solve_by_pivoting(M, p, x):
-            state.report[UNSOLVED, lane] = 1.0
-        for a in range(n):
-            state.multiplier[rows[a], lane] = x[a]
+                M[a, b] += law.coupling[rows[a] * n_rows + rows[b], lane]
+        solve_lane(state, lane, rows[:n], M)
 
 
 @compiled(inline=True, inner=True)

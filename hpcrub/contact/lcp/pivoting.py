@@ -10,8 +10,11 @@ Lemke's method works on a ``tableau`` (n, 2n + 2), columns of w, x, the artifici
 right-hand side, and on a ``basis`` (n,) int, the column that is basic in each row.
 """
 
+from typing import Any
+
 import numpy as np
 
+from hpcrub.contact.arrays import STUCK, UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.status import JAMMING, NONE, NOT_FINITE, NOT_UNIQUE, UNPROVEN
 
@@ -175,3 +178,35 @@ def solve_by_pivoting(M: np.ndarray, p: np.ndarray, x: np.ndarray) -> bool:
                 x[j] = 0.0
             return False
     return True
+
+
+@compiled
+def solve_lane(state: State, lane: int, rows: np.ndarray, M: np.ndarray) -> None:
+    """Depths x of listed points of one lane, or a report that there are none (state is modified).
+
+    rows: (n,) int, the points; M: (n, n), the Delassus operator with its columns over W_jj [-].
+    """
+    x, p = np.zeros(len(rows)), np.empty(len(rows))
+    for a, i in enumerate(rows):
+        p[a] = state.penetration[i, lane]
+    if not solve_by_pivoting(M, p, x):
+        state.report[UNSOLVED, lane] = 1.0
+    for a, i in enumerate(rows):
+        state.multiplier[i, lane] = x[a]
+
+
+@compiled
+def solve_stuck(state: State, law: Any, n_active: int) -> None:
+    """Solve the lanes that `State.report` marks as stuck (state is modified).
+
+    law: has the operator of listed points in `coupling`, as `solid_arrays.SolidArrays`.
+    n_active: number of points; all are listed and have their columns.
+    """
+    rows, n_rows = state.active[:n_active].copy(), state.penetration.shape[0]
+    M = np.empty((n_active, n_active))
+    for lane in range(state.report.shape[1]):
+        if state.report[STUCK, lane] != 0.0:
+            for b in range(n_active):
+                for a in range(n_active):
+                    M[a, b] = law.coupling[b * n_rows + a, lane]
+            solve_lane(state, lane, rows, M)

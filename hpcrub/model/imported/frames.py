@@ -34,22 +34,18 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
     T = turn(model.dof, model.nodes)
 
     def turned(matrix):
-        return (T.T @ matrix @ T) if sp.issparse(matrix) else T.T @ (T.T @ matrix).T
+        if matrix is None or matrix.ndim == 2:
+            return matrix if matrix is None else T.T @ matrix @ T
+        return np.stack([turned(one) for one in matrix])
 
-    blade = model.blade_stiffness
-    if blade is not None:
-        blade = np.stack([turned(k) for k in blade]) if blade.ndim == 3 else turned(blade)
-    participation = model.participation
-    if participation is not None:
-        flat = participation.reshape(-1, participation.shape[-1])
-        participation = (T.T @ flat.T).T.reshape(participation.shape)
+    part = model.participation
     return model._replace(
-        participation=participation,
-        stress=(T.T @ model.stress.T).T if len(model.stress_blade) else model.stress,
+        participation=None if part is None else np.stack([one @ T for one in part]),
+        stress=model.stress @ T if len(model.stress_blade) else model.stress,
         frame="cylindrical",
         mass=turned(model.mass),
-        stiffness=tuple(turned(k) for k in model.stiffness),
-        blade_stiffness=blade,
+        stiffness=tuple(map(turned, model.stiffness)),
+        blade_stiffness=turned(model.blade_stiffness),
     )
 
 

@@ -14,7 +14,7 @@ from hpcrub.model.imported.arrays import Arrays, stored, symmetric
 
 VERSION = 1
 MOST_BLADES = 200
-KINDS = "sector", "disk", "reduced"
+MODEL_KINDS = "sector", "disk", "reduced"
 SI = "m kg s"
 FRAMES = "cartesian", "cylindrical"
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # [m]
@@ -30,7 +30,7 @@ NONE, NO_FACES, NO_STRESS = np.zeros(0, int), np.zeros((0, 4), int), np.zeros((0
 class NeutralModel(NamedTuple):
     """A bladed disk about z, one sector of it, or a reduced model of it; n rows, SI units."""
 
-    kind: str  # one of KINDS
+    kind: str  # one of MODEL_KINDS
     mass: Any  # (n, n); sparse, but dense in a reduced model
     stiffness: tuple  # K0, or K0, K1, K2 of K0 + W^2 K1 + W^4 K2, W in [rad/s]; each (n, n)
     nodes: np.ndarray  # (n_nodes, 3) x, y, z [m]; NaN for nodes without a place
@@ -112,7 +112,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
     version = left.number("hpcrub_model")
     if version != VERSION:
         raise InputError(f"hpcrub_model: version {version} is not {VERSION}")
-    kind = left.word("kind", KINDS)
+    kind = left.word("kind", MODEL_KINDS)
     frame = left.word("frame", FRAMES, default=FRAMES[0])
     length, mass, time = units(left.text("units", SI))
     flip = _flip(left.number("turns", default=1))

@@ -138,7 +138,7 @@ def test_forces_are_found_where_gauss_seidel_runs_in_circles():
 @compiled
 def press(lanes, law, state, deepest):
     """Contact forces of all lanes at the penetrations of a state (state is modified)."""
-    law.surface.press(lanes, law, state, v.load(lanes, deepest, 0))
+    law.surface.solve_planar(lanes, law, state, v.load(lanes, deepest, 0))
 
 
 def test_a_lane_has_the_same_bits_beside_one_with_more_points_than_registers_hold():

@@ -8,7 +8,7 @@ import numpy as np
 
 from hpcrub.errors import InputError, reading
 
-MOST = 10_000_000  # numbers that a line of a set may generate
+MOST_NUMBERS = 10_000_000  # numbers that a line of a set may generate
 
 
 class Deck(NamedTuple):
@@ -94,7 +94,7 @@ def _set(lines, sets, generate):
     if generate:
         rows = [[int(word) for word in line.rstrip(",").split(",")] for line in lines]
         numbers = [range(first, last + 1, *step) for first, last, *step in rows]
-        if any(row[MOST:] for row in numbers):
+        if any(row[MOST_NUMBERS:] for row in numbers):
             raise ValueError  # a typing error: so many nodes would fill the memory
         return set().union(*numbers)
     return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))

@@ -16,14 +16,14 @@ from hpcrub.contact.lcp import gauss_seidel
 
 
 @compiled(inner=True)
-def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
+def subtract_earlier(lanes: tuple, law: Any, state: State) -> np.ndarray:
     """Reduce all penetrations by the effect of forces of earlier steps (state, law are modified).
 
     Returns the deepest penetration (L,) [m].
     """
     last, zero = state.penetration.shape[0] - 1, v.splat(lanes, 0.0)
     for j in range(last):
-        less = 0.0 - law.surface.near(lanes, law.surface, j, zero)
+        less = 0.0 - law.surface.effective_depth(lanes, law.surface, j, zero)
         v.store(state.multiplier, j, zero)
         if v.any_lane(less < 0.0):
             for i in range(last):
@@ -52,8 +52,7 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
     surface.wear(lanes, surface, state, n_active)
     for i in range(state.penetration.shape[0] - 1):
         force = v.load(lanes, state.multiplier, i) * v.load(lanes, law.stiffness, i)
-        surface.keep(lanes, surface, i, force)
-        force = surface.total(lanes, surface, i, force)
+        force = surface.remember_force(lanes, surface, i, force)
         v.store(state.multiplier, i, force)
         if v.any_lane(force > 0.0):
             state.active[n] = i
@@ -62,12 +61,12 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
 
 
 @compiled(inner=True)
-def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
+def solve_planar(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
     """Contact forces of a step (state, law are modified); see `protocols.Law.forces`."""
-    deepest = law.surface.meet(lanes, law.surface, state, deepest)
+    deepest = law.surface.find_bars(lanes, law.surface, state, deepest)
     if not v.any_lane(deepest > 0.0):
         return 0
-    deepest = relieve(lanes, law, state)
+    deepest = subtract_earlier(lanes, law, state)
     n_active = gauss_seidel.candidates(lanes, law, state, deepest)
     limit = v.larger(deepest, 0.0) * gauss_seidel.TOLERANCE
     failed, sweeps = gauss_seidel.solve_many(lanes, law, state, n_active, 1, limit, deepest)
