@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from evidence import pictures
 from evidence.truth import moreau_jean
 from evidence.truth.ring import wall_of
 from hpcrub.config.schema import load_runs
@@ -62,7 +63,7 @@ def main():
     axes.plot(COMPARED, 1e3 * np.array(theirs), "x", color="C1", ms=8, label="Moreau-Jean")
     axes.set(xlabel="speed of rotation [Hz]", ylabel="amplitude of the tips [mm]", ylim=(0, None))
     axes.legend(frameon=False)
-    figure.savefig(FIGURE, dpi=150)
+    pictures.save(figure, FIGURE, dpi=150)
     return int(not worst <= LIMIT)
 
 

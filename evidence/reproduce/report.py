@@ -1,12 +1,12 @@
 """Result files → docs/reproduction.md: every published number beside ours, and the figures."""
 
-import shutil
 from collections import Counter
 from datetime import date
 
 from matplotlib.figure import Figure
 
 from evidence import page
+from evidence.pictures import keep, save
 from evidence.reproduce import numbers, pattern, plan, rows
 from hpcrub import __version__, plot
 from hpcrub.config.text import flatten
@@ -149,13 +149,14 @@ def figures(folder, target):
             for panel, column in zip(panels, (1, 2), strict=True):
                 for point in pattern.POINTS:
                     panel.plot(point[0], point[column], "*", color=ORANGE, ms=13, mec="w", zorder=5)
-            drawing.savefig(picture, dpi=150, bbox_inches="tight")
+            save(drawing, picture, dpi=150, bbox_inches="tight")
         else:
             try:
                 (drawn,) = draw(getattr(plot, figure), paths, pictures)
             except InputError as error:  # too few samples as yet
                 parts.append(f"Figure {number}: {title}: {error}\n")
                 continue
-            shutil.move(drawn, picture)
+            keep(drawn, picture)
+            drawn.unlink()
         parts.append(f"Figure {number}: {title}\n\n![{title}]({pictures.name}/{picture.name})\n")
     return "\n".join(parts)

@@ -10,6 +10,7 @@ import argparse
 from pathlib import Path
 
 import hpcrub
+from evidence import pictures
 from evidence.page import DOCS
 from evidence.rotor67 import frequencies, model, numbers, page, response, sections, stress
 from hpcrub.model.imported import neutral
@@ -61,7 +62,7 @@ def from_sections(path: Path, output: Path, folder: Path, figures: Path) -> tupl
     model_file.write(output, neutral.to_arrays(neutral.from_arrays(arrays)), overwrite=True)
     model_file.write(folder / "sector.h5", neutral.to_arrays(sectors[model.DESIGN]), overwrite=True)
     axes = hpcrub.plot.model(folder / "sector.h5")
-    axes.figure.savefig(figures / "rotor67_mesh.png", dpi=110)
+    pictures.save(axes.figure, figures / "rotor67_mesh.png", dpi=110)
     difference = frequencies.held_against_calculix(fan, sectors[model.DESIGN], folder)
     print(f"one sector at the design speed, beside CalculiX: {difference:.1e} (at most {CHECK:g})")
     return found, difference

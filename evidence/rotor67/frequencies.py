@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.linalg import eigh
 
-from evidence import calculix
+from evidence import calculix, pictures
 from evidence.rotor67.mesh import Size, sector
 from evidence.rotor67.model import SPEED, Fan, cyclic_state
 from evidence.rotor67.numbers import Number
@@ -138,5 +138,5 @@ def draw(table: np.ndarray, path: Path) -> None:
     axes.set(xlabel="speed of rotation [Hz]", ylabel="natural frequency [Hz]",
              xlim=(0, 1.16 * SPEED), ylim=(0, top))  # fmt: skip
     axes.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 0.36))
-    figure.savefig(path, dpi=150)
+    pictures.save(figure, path, dpi=150)
     plt.close(figure)

@@ -1,12 +1,11 @@
 """The fan in contact: the studies of inputs/rotor67 on some ranks, their numbers and figures."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 
 import hpcrub
-from evidence import program, rubbing
+from evidence import pictures, program, rubbing
 from evidence.page import ROOT
 from evidence.reproduce.rows import bounded
 from evidence.rotor67.numbers import Number
@@ -42,7 +41,7 @@ def numbers(model: Path, scale: float, ranks: int, folder: Path, figures: Path) 
         for name, figure in FIGURES.items():
             for drawn in folder.glob(f"{name}.*"):
                 if name.startswith(study) and drawn.suffix in (".png", ".gif"):
-                    shutil.copy(drawn, figures / f"{figure}{drawn.suffix}")
+                    pictures.keep(drawn, figures / f"{figure}{drawn.suffix}")
         with hpcrub.open(output) as file:
             if study == "contact":
                 found += tuned_of(file, "amplitude", "amplitude of the tuned fan in contact")

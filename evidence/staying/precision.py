@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from evidence import pictures
 from evidence.progress import followed
 from evidence.staying.follow import follow
 from evidence.staying.scenes import TUNED, Scenes
@@ -81,4 +82,4 @@ def draw(results, path):
         panel.set_title(place, fontsize="medium")
     axes[0].set_ylabel("mean error of the deciles of A_nl [%]")
     axes[0].legend(fontsize="small")
-    figure.savefig(path, dpi=130)
+    pictures.save(figure, path, dpi=130)

@@ -8,6 +8,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from evidence import pictures
 from evidence.page import table
 from hpcrub.plot.style import COLOURS, STYLE
 
@@ -78,5 +79,5 @@ def axes(n_columns=1, n_rows=1, **options):
 
 def save(figure, folder, name):
     """Write a figure of the page."""
-    figure.savefig(folder / f"validation_{name}.png", dpi=130)
+    pictures.save(figure, folder / f"validation_{name}.png", dpi=130)
     plt.close(figure)
