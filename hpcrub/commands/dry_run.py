@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 
 from hpcrub.config.schema import PROFILE
-from hpcrub.config.text import counted, flatten, is_table, show
+from hpcrub.config.text import counted, is_table, show
 from hpcrub.contact import status
 from hpcrub.effects import casing_waves
 from hpcrub.errors import HpcrubError
@@ -138,8 +138,8 @@ def table(runs: Sequence[Run], outcomes: Sequence[float | HpcrubError]) -> Table
 
 def _own_keys(runs, config):
     """Text of the keys, with values, in which one of several runs differs from any other."""
-    values = flatten(config.model_dump(mode="json"))
-    rows = [flatten(run.config.model_dump(mode="json")) for run in runs]
+    values = config.by_path()
+    rows = [run.config.by_path() for run in runs]
     keys = {key for row in rows for key in row if row[key] != values[key]} - {"output"}
     if not keys.isdisjoint(PROFILE):
         keys, values = keys - {*PROFILE} | {"casing"}, values | {"casing": config.casing.words}

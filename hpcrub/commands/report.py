@@ -16,7 +16,7 @@ import numpy as np
 from hpcrub import __version__, effects
 from hpcrub.commands.plot import of_study
 from hpcrub.config.schema import Config
-from hpcrub.config.text import counted, flatten, key_table, lines_of, show
+from hpcrub.config.text import counted, key_table, lines_of, show
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES
@@ -137,7 +137,7 @@ def _omitted_effects(config):
 
 def _asked(config: Config) -> Iterator[dict[str, str]]:
     """Yield the keys whose value is not the default, each with its meaning, value and default."""
-    own, usual = (flatten(c.model_dump(mode="json")) for c in (config, Config()))
+    own, usual = config.by_path(), Config().by_path()
     meaning = {key.path: key.description for key in key_table(Config)}
     for key, value in own.items():
         if key != "output" and value != usual[key] and FILLED_IN not in meaning[key]:

@@ -178,6 +178,10 @@ class Config(Section):
             config_text.set_key(data, path, value)
         return Config(**data)
 
+    def by_path(self) -> dict[str, Any]:
+        """Values of all keys as in an input file, {"casing.n_bumps": 4, ...}."""
+        return config_text.flatten(self.model_dump(mode="json"))
+
     def to_yaml(self) -> str:
         """YAML text of all keys, which `from_yaml` reads back."""
         return yaml_text.dump(self.model_dump(mode="json"))
@@ -215,8 +219,7 @@ def differences(
 
     Returns lines such as "casing.n_bumps: 4 in the file, 3 asked for".
     """
-    first, second = (config_text.flatten(c.model_dump(mode="json")) for c in (a, b))
-    show = config_text.show
+    first, second, show = a.by_path(), b.by_path(), config_text.show
     return [
         f"{key}: {show(first[key])} {where[0]}, {show(second[key])} {where[1]}"
         for key in first

@@ -11,7 +11,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.config.text import flatten
 from hpcrub.model.reduction import Modes, ReducedModel
 from hpcrub.response.band import Observers
 from hpcrub.response.quantities import Quantity
@@ -190,7 +189,7 @@ def times(
     """
 
     def values(config):
-        before = flatten(config.model_dump(mode="json")) if where(config) else {}
+        before = config.by_path() if where(config) else {}
         known = {key: before[key] for key in factors if before.get(key) is not None}
         return {key: (factors[key] * np.array(value)).tolist() for key, value in known.items()}
 

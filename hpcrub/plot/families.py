@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.ticker import EngFormatter
 
 from hpcrub.config.schema import PROFILE, Config
-from hpcrub.config.text import counted, flatten, is_table, key_table, show
+from hpcrub.config.text import counted, is_table, key_table, show
 from hpcrub.config.types import without_suffix
 from hpcrub.results.layout import FAILED, PENDING
 from hpcrub.results.storage import ResultFile
@@ -55,7 +55,7 @@ def reference(files: list[ResultFile]) -> ResultFile:
     for key, finest in FINEST.items():
         if keys == [key]:
             return files[rows.index(finest(rows, key=lambda row: row[key]))]
-    usual = flatten(Config().model_dump(mode="json"))
+    usual = Config().by_path()
     return max(files, key=lambda f: sum(rows[files.index(f)][k] in (usual[k], None) for k in keys))
 
 
@@ -87,7 +87,7 @@ def _flat(files: list[ResultFile]) -> tuple[list[dict[str, Any]], list[str]]:
     `time.step_s` differs, its value is the step that was used, or None where the contact laws
     differ, too, because their default steps do.
     """
-    rows = [flatten(file.config.model_dump(mode="json")) for file in files]
+    rows = [file.config.by_path() for file in files]
     n_steps, n_laws = (len({row[key] for row in rows}) for key in ("time.step_s", "contact.law"))
     for row, file in zip(rows, files, strict=True):
         if n_steps > 1:  # the key is only a bound of the step

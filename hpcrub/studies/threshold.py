@@ -12,7 +12,6 @@ import numpy as np
 from hpcrub.config.checks import keys_without_effect
 from hpcrub.config.schema import Config
 from hpcrub.config.study_keys import MOST_VALUES
-from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
 from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
@@ -194,7 +193,7 @@ def results(config: Config, search: Search) -> dict[str, Any]:
 def at_value(config: Config, value: float) -> Config:
     """The configuration with a value of the key. Raises InputError for one that is not allowed."""
     key = config.threshold.key or ""
-    before = flatten(config.model_dump(mode="json")).get(key)
+    before = config.by_path().get(key)
     number = int(value) if isinstance(before, int) and value.is_integer() else value
     return config.replace({key: [number] if isinstance(before, list) else number})
 

@@ -3,7 +3,9 @@
 import pytest
 
 from hpcrub import studies
+from hpcrub.config import checks
 from hpcrub.config.schema import Config
+from hpcrub.config.text import key_table
 from hpcrub.runs import execution
 from tests.program import refusal
 
@@ -181,6 +183,15 @@ def test_keys_without_effect_are_named_by_a_run_and_a_dry_run(text, message, fol
     run = studies.run_of(Config.from_yaml(f"study: modal\noutput: a.h5\n{text}"))
     (warning,) = execution.examine(run, execution.Existing())[1]
     assert message in warning
+
+
+def test_what_goes_with_what_names_keys_and_sections_that_there_are():
+    known = {key.path for key in key_table(Config)}
+    known |= {path.rpartition(".")[0] for path in known} - {""}
+    for table in (checks.GOES_WITH, checks.USELESS_WITHOUT):
+        for other, keys in table.items():
+            names = other.removeprefix("no ").partition(": ")[0].split(" or ")
+            assert known.issuperset([*names, *(key.partition(": ")[0] for key in keys)])
 
 
 def test_more_errors_are_counted():

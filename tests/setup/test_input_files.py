@@ -230,7 +230,7 @@ def test_every_measured_disk_is_a_sample(tmp_path):
         (PATTERNS, {"pattern_unit": "hz"}, "values above 0 are expected in hz"),
         (40 * PATTERNS, {}, "the stiffness of a blade deviates by 1.* less than 100 % is allowed"),
         (PATTERNS, {"half_range_percent": [4]}, "half_range_percent: cannot be combined"),
-        (PATTERNS, {"distribution": "normal"}, "explicit disks; nothing of them is random"),
+        (PATTERNS, {"distribution": "normal"}, "combined with mistuning.pattern"),
     ],
 )
 def test_patterns_that_do_not_fit_are_refused(tmp_path, rows, keys, words):
