@@ -8,7 +8,7 @@ file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a figure of it. A fa
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from hpcrub import plot

@@ -69,6 +69,13 @@ def run_here(*arguments, folder="."):
         return cli.main([*map(str, arguments), "--no-figures"])
 
 
+def computed(folder, text, *options, output="one.h5"):
+    """Result file of a study on one rank; its input is study.yaml beside it."""
+    (folder / "study.yaml").write_text(text)
+    assert run_here("study.yaml", "--output", output, *options, folder=folder) == 0
+    return folder / output
+
+
 def refusal(function, *arguments):
     """The one line with which arguments are refused."""
     with pytest.raises(InputError) as caught:

@@ -5,6 +5,7 @@
 #   APT        yes: install missing system packages as root (default); no: never, only name them
 #   HDF5_DIR   prefix of a parallel HDF5 >= 1.10.7 (default: Debian's, found by pkg-config)
 #   MPICC      compiler wrapper of the MPI to use (mpicc)
+#   H5PY_VERSION  release of h5py that is built (3.16.0)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -12,7 +13,7 @@ PYTHON=${PYTHON:-python3}
 APT=${APT:-yes}
 HDF5_DIR=${HDF5_DIR:-}
 MPICC=${MPICC:-mpicc}
-H5PY_VERSION=3.16.0
+H5PY_VERSION=${H5PY_VERSION:-3.16.0}
 HDF5_PKG=hdf5-openmpi
 VENV_PYTHON=.venv/bin/python
 LOG=.venv/setup.log

@@ -17,7 +17,6 @@ class Costs(NamedTuple):
 
     whole: np.ndarray  # (n,) sweeps [s]
     parts: list  # of every sample: {number of parts: [seconds of each part]}
-    polls: np.ndarray  # (m,) time from one poll to the next [s]
     speeds: np.ndarray  # (k,) sweeps of single speeds [s]
     finish: float  # eigenproblem and linear peak [s]
 
@@ -25,7 +24,7 @@ class Costs(NamedTuple):
 def measure(config, n_samples):
     """Costs of the first samples of all levels of a case."""
     problem, speeds = build_problem(config), config.speeds.values_hz
-    whole, parts, polls, finish = [], [], [], []
+    whole, parts, finish = [], [], []
     n_levels = len(config.mistuning.half_range)
     for number in range(n_samples):
         blades = deviation(config, number % n_levels, number // n_levels)
@@ -33,23 +32,14 @@ def measure(config, n_samples):
         modes = modes_of(config, problem, blades)
         amplification.linear_amplitude(config, problem, modes, blades)
         finish.append(time.process_time() - start)
-        ticks = [time.process_time()]
-
-        def poll(ticks=ticks):
-            ticks.append(time.process_time())
-
-        sweep.run_sweep(modes, problem.scene, speeds, poll)
-        whole.append(time.process_time() - ticks[0])
-        polls.extend(np.diff(ticks))
-        most = most_parts(len(speeds))
 
         def takes(selection, modes=modes):
             start = time.process_time()
             sweep.run_sweep(modes, problem.scene, speeds, lambda: None, selection=selection)
             return time.process_time() - start
 
+        whole.append(takes(None))
         parts.append({n: [takes(range(part, len(speeds), n)) for part in range(n)]
-                      for n in range(2, most + 1)})  # fmt: skip
+                      for n in range(2, most_parts(len(speeds)) + 1)})  # fmt: skip
     single = [takes([i]) for i in range(0, len(speeds), 4)]
-    whole, polls, single = map(np.array, (whole, polls, single))
-    return Costs(whole, parts, polls, single, float(np.median(finish)))
+    return Costs(np.array(whole), parts, np.array(single), float(np.median(finish)))

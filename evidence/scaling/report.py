@@ -56,7 +56,17 @@ def write(found, all_ranks):
         "messages": page.table(["what", "takes"], each),
         "agreement": _agreement(found),
         "ranks": _ranks(table),
+        "short": _short(table, len(found["costs"]), *all_ranks[-2:]),
     }
+
+
+def _short(table, n_cases, many, _):
+    """The sentence of the page on performance."""
+    best = table["as it is", many]
+    return (
+        f"A study of {SAMPLES:,} disks takes about {best.useful / n_cases / 3600:.1f} core hours, "
+        f"and {many:,} ranks lose {100 * (1 - best.efficiency(many)):.0f} % of it."
+    )
 
 
 def _costs(costs):

@@ -1,8 +1,7 @@
 """A study on any number of ranks in simulated time, with the program's own decisions.
 
-Rank 0 assigns tasks by the program's `schedule.Assignments`; ranks behave as in `parallel`: rank 0
-looks at its messages at the polls of its own task, or every PAUSE when it has none; the others ask
-when they begin their last task. Messages take no time on the way, but rank 0 handles one after
+Rank 0 assigns tasks by the program's `schedule.Assignments`, and the others ask when they begin
+their last task, as in `parallel`. A message takes no time on its way, but rank 0 handles one after
 another. At the end it says good-bye to every rank and hears the same.
 """
 
@@ -13,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.config.sections import Mistuning
-from hpcrub.ranks import schedule
-from hpcrub.ranks.parallel import PAUSE
-from hpcrub.studies.contact import tasks as contact_tasks
+from hpcrub.ranks.schedule import Assignments
+from hpcrub.studies.contact.tasks import ContactTasks, SamplePart, TunedPart, n_parts
 
 TUNED_RUNS = Mistuning().tuned_runs
 
@@ -46,170 +44,115 @@ def study(costs, machine, n_ranks, n_samples, cut=True):
 
     costs: `costs.Costs`; cut: whether samples are cut into parts.
     """
-    return _Simulation(costs, machine, n_ranks, cut).run(n_samples)
+    most = max(costs.parts[0], default=1) if cut else 1
+    of_run = n_parts(TUNED_RUNS, n_ranks, most)
+    tuned = [TunedPart(*place, of_run) for place in np.ndindex(TUNED_RUNS, of_run)]
+    samples = ((0, number) for number in range(n_samples))
+    tasks = ContactTasks(tuned, samples, n_samples, most)
+    return _Simulation(costs, machine, n_ranks, tasks, len(tuned)).run()
 
 
 class _Simulation:
-    def __init__(self, costs, machine, n_ranks, cut):
+    def __init__(self, costs, machine, n_ranks, tasks, n_tuned):
         self.costs, self.machine, self.n_ranks = costs, machine, n_ranks
-        self.random = np.random.default_rng(1)
-        self.most = max(costs.parts[0], default=1) if cut else 1
+        self.tasks, self.n_tuned = tasks, n_tuned  # parts of the tuned disk that are not known yet
+        self.assignments, self.random = Assignments(tasks, n_ranks), np.random.default_rng(1)
         self.events, self.order = [], count()
-        self.queue = [[] for _ in range(n_ranks)]
-        self.results = [[] for _ in range(n_ranks)]
-        self.running = [None] * n_ranks
-        self.waiting = {}  # ranks with a finished sample and no reference
-        self.inbox, self.asleep = [], False
-        self.shares = np.zeros(n_ranks, dtype=bool)  # ranks that know the tuned disk
-        self.parts, self.records = {}, {}
-        self.useful = self.serving = 0.0
-        self.free_at = 0.0  # when rank 0 has handled its last messages
+        self.queue, self.finished = ([[] for _ in range(n_ranks)] for _ in range(2))
+        self.busy = [None] * n_ranks
+        self.waiting = []  # ranks with a sample that is finished but for its reference
+        self.known, self.drawn = {}, {}  # parts of samples that are cut, and their costs
+        self.useful = self.serving = self.free = 0.0  # free: when rank 0 has handled its messages
 
-    def run(self, n_samples):
-        cut = contact_tasks.n_parts(TUNED_RUNS, self.n_ranks, self.most)
-        parts = np.ndindex(TUNED_RUNS, cut)
-        tuned = [contact_tasks.TunedPart(run, part, cut) for run, part in parts]
-        self.n_tuned = len(tuned)
-        samples = ((0, number) for number in range(n_samples))
-        self.tasks = contact_tasks.ContactTasks(tuned, samples, n_samples, self.most)
-        self.assignments = schedule.Assignments(self.tasks, self.n_ranks)
+    def run(self):
         for rank in range(1, self.n_ranks):
-            self._report(rank, 0.0)
-        self._at(0.0, self._serve)
-        now = 0.0
+            self._at(0.0, self._message, rank, [], True)
+        self._at(0.0, self._own)
         while self.events:
             now, _, action, arguments = heapq.heappop(self.events)
             action(now, *arguments)
         assert self.assignments.finished(), "the ranks wait for each other"
-        farewell = self.machine.send + self.machine.receive
-        farewell *= (self.n_ranks - 1) * self.machine.slowdown
-        seconds = max(now, self.free_at) + farewell
-        serving = self.serving + farewell
-        return Result(seconds, self.useful, serving)
+        end = self._serve(now, (self.n_ranks - 1) * (self.machine.send + self.machine.receive))
+        return Result(end, self.useful, self.serving)
 
     def _at(self, when, action, *arguments):
         heapq.heappush(self.events, (when, next(self.order), action, arguments))
 
-    def _cost(self, task):
-        """Seconds of a task; all parts of a disk have the costs of one measured disk."""
-        if isinstance(task, contact_tasks.SamplePart) and task.response:
-            return 0.0
-        key = task._replace(part=0)
-        if key not in self.records:
-            self.records[key] = int(self.random.integers(len(self.costs.whole)))
-            self.useful += self.costs.whole[self.records[key]] * self.machine.slowdown
-        record = self.records[key]
-        if task.n_parts == 1:
-            seconds = self.costs.whole[record]
-            del self.records[key]
-        else:
-            seconds = self.costs.parts[record][task.n_parts][task.part]
-        return seconds * self.machine.slowdown
+    def _serve(self, now, seconds):
+        """Let rank 0 handle a message; returns when it has."""
+        seconds *= self.machine.slowdown
+        self.serving += seconds
+        self.free = max(now, self.free) + seconds
+        return self.free
 
-    # rank 0
+    def _message(self, now, rank, finished, asks):
+        """Rank 0 hears of tasks that a rank has finished, and sends all answers."""
+        now = self._serve(now, self.machine.receive)
+        self._collect(self.assignments.done(rank, len(finished)), now)
+        if asks:
+            self.assignments.ask(rank)
+        for other, some in self.assignments.answers():
+            self.queue[other] += some
+            now = self._serve(now, self.machine.send)
+            if self.busy[other] is None:
+                self._begin(now, other)
+        self._own(now)
 
-    def _serve(self, now):
-        """Handle all messages, send all answers, then go on with the own task."""
-        began = now
-        for rank, tasks, asks in self.inbox:
-            now += self.machine.receive * self.machine.slowdown
-            now = self._collect(self.assignments.done(rank, len(tasks)), now)
-            if asks:
-                self.assignments.ask(rank)
-        self.inbox = []
-        for rank, tasks in self.assignments.answers():
-            now += self.machine.send * self.machine.slowdown
-            self._at(now, self._receive, rank, tasks)
-        self.serving += now - began
-        self.free_at = now
-        self._go_on(now)
+    def _own(self, now):
+        """Give rank 0 a task of its own, if it has none."""
+        if self.busy[0] is None and (task := self.assignments.own()):
+            self.queue[0].append(task)
+            self._begin(now, 0)
 
     def _collect(self, tasks, now):
         """As `contact.MonteCarlo._collect`: the tuned disk and parts of samples."""
         for task in tasks:
-            if isinstance(task, contact_tasks.TunedPart):
+            if isinstance(task, TunedPart):
                 self.n_tuned -= 1
                 if not self.n_tuned:
-                    self.shares[0] = True
-                    for rank in range(1, self.n_ranks):
-                        now += self.machine.send * self.machine.slowdown
-                        self._at(now, self._share, rank)
+                    told = self._serve(now, (self.n_ranks - 1) * self.machine.send)
+                    for rank in self.waiting:
+                        self._at(told, self._end, rank)
             elif task.n_parts > 1:
-                known = self.parts[task.sample] = self.parts.get(task.sample, 0) + 1
-                if known == task.n_parts:
+                self.known[task.sample] = self.known.get(task.sample, 0) + 1
+                if self.known[task.sample] == task.n_parts:
                     self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, response=(0,)))
-        return now
-
-    def _go_on(self, now):
-        if self.running[0] is None:
-            task = self.assignments.own()
-            if task is None:
-                self.asleep = True
-                return
-            self.running[0] = [task, self._cost(task)]
-        task, left = self.running[0]
-        if left <= 0.0:
-            if _is_sample(task) and not self.shares[0]:
-                self._at(now + PAUSE, self._serve)
-                return
-            self.running[0] = None
-            now = self._collect(self.assignments.done(0, 1), now + self._finish(task))
-            self._at(now, self._serve)
-            return
-        polls = self.costs.polls
-        step = min(left, polls[self.random.integers(len(polls))] * self.machine.slowdown)
-        self.running[0][1] -= step
-        self._at(now + step, self._serve)
-
-    def _arrive(self, now, *message):
-        self.inbox.append(message)
-        if self.asleep:
-            self.asleep = False
-            self._at(max(now + self.random.random() * PAUSE, self.free_at), self._serve)
-
-    # the others
-
-    def _report(self, rank, now, asks=True):
-        tasks, self.results[rank] = self.results[rank], []
-        self._at(now, self._arrive, rank, tasks, asks)
-
-    def _receive(self, now, rank, tasks):
-        self.queue[rank].extend(tasks)
-        if self.running[rank] is None:
-            self._begin(now + self.random.random() * PAUSE, rank)
 
     def _begin(self, now, rank):
-        task = self.queue[rank].pop(0)
-        self.running[rank] = task
-        if not self.queue[rank]:
-            self._report(rank, now)
-        self._at(now + self._cost(task), self._computed, rank)
-
-    def _computed(self, now, rank):
-        if self.shares[rank] or not _is_sample(self.running[rank]):
-            self._at(now + self._finish(self.running[rank]), self._end, rank)
-        else:
-            self.waiting[rank] = True
-
-    def _share(self, now, rank):
-        self.shares[rank] = True
-        if self.waiting.pop(rank, False):
-            self._computed(now, rank)
+        self.busy[rank] = task = self.queue[rank].pop(0)
+        if rank and not self.queue[rank]:
+            self._report(now, rank)
+        self._at(now + self._cost(task) * self.machine.slowdown, self._end, rank)
 
     def _end(self, now, rank):
-        self.results[rank].append(self.running[rank])
-        self.running[rank] = None
-        if not self.queue[rank]:
-            self._report(rank, now)
-            return
-        if not self.shares[rank]:
-            self._report(rank, now, asks=False)
-        self._begin(now, rank)
+        task, self.busy[rank] = self.busy[rank], None
+        if self.n_tuned and isinstance(task, SamplePart) and task.n_parts == 1:
+            self.busy[rank] = task
+            self.waiting.append(rank)
+        elif rank == 0:
+            self._collect(self.assignments.done(0, 1), now)
+            self._own(now)
+        else:
+            self.finished[rank].append(task)
+            if not self.queue[rank] or self.n_tuned:
+                self._report(now, rank, asks=not self.queue[rank])
+            if self.queue[rank]:
+                self._begin(now, rank)
 
-    def _finish(self, task):
-        return self.machine.finish * self.machine.slowdown * _is_sample(task)
+    def _report(self, now, rank, asks=True):
+        finished, self.finished[rank] = self.finished[rank], []
+        self._at(now, self._message, rank, finished, asks)
 
-
-def _is_sample(task):
-    """Whether a task ends with a whole sample, which needs the tuned disk."""
-    return isinstance(task, contact_tasks.SamplePart) and task.n_parts == 1
+    def _cost(self, task):
+        """Seconds of a task; all parts of a disk have the costs of one measured disk."""
+        is_sample = isinstance(task, SamplePart) and task.n_parts == 1
+        finish = self.machine.finish * is_sample
+        if is_sample and task.response:
+            return finish
+        key = task._replace(part=0)
+        if key not in self.drawn:
+            self.drawn[key] = int(self.random.integers(len(self.costs.whole)))
+            self.useful += self.costs.whole[self.drawn[key]] * self.machine.slowdown
+        if task.n_parts > 1:
+            return self.costs.parts[self.drawn[key]][task.n_parts][task.part]
+        return self.costs.whole[self.drawn.pop(key)] + finish

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from rich import box
@@ -47,7 +48,7 @@ def _one(run, existing, n_ranks):
     """Print what one study would compute and cost; returns its time on one core [s]."""
     study, config = run
     prepared, warnings = examine(run, existing)
-    problem = study.problem_of(prepared) if study.integrates else None
+    problem: Any = study.problem_of(prepared) if study.integrates else None
     say(f"computes:             {run.amount()}")
     say(f"output:               {result_files.file_size(run) / 1e6:,.4g} MB in {config.output}")
     say(f"memory:               {memory.estimate(run) / 1e6:,.4g} MB of each rank, at most")
@@ -71,9 +72,10 @@ def _share_left(run, existing):
     if not existing.resume or not os.path.lexists(run.config.output):
         return 1.0
     with open_result(run.config.output) as file:
-        n_done = np.count_nonzero(file.status != PENDING)
+        parts = run.study.parts(file)
+        n_done = np.count_nonzero(parts != PENDING)
         expected = run.study.next_round(file).expected or 0
-        goal = expected if n_done < expected else file.status.size
+        goal = expected if n_done < expected else parts.size
         there = 1.0 if run.study.is_enough(file) else n_done / goal
     say(f"already there:        {100 * there:.3g} %")
     return 1.0 - there

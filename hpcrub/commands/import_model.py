@@ -2,7 +2,8 @@
 
 import argparse
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,52 @@ HALF_RANGE, DAMPING = 0.01, 0.005  # mistuning and damping in the sentence on co
 LEAN = 1e-3  # lift by friction, below which blades count as straight: they move neither in nor out
 PER_TIP = 1e-2, 1e6  # [MPa/mm] a stress of a first family outside comes from wrong units
 BETWEEN = 1.0  # [%] error of a frequency between the speeds of --stiffness that gives a warning
+
+SOURCES = {
+    "calculix": "deck NAME.inp beside NAME.sti, NAME.mas and NAME.dof",
+    "ansys": "NAME.full of the disk at rest",
+    "nastran": "text OP4 file with KGG and MGG",
+    "matrixmarket": "a folder with M.mtx, K.mtx and CSV lists",
+    "model": "a model file: check it, reduce it",
+}
+DECKS = "calculix", "ansys", "nastran"
+OPTIONS: tuple[tuple[Iterable[str], str, dict[str, Any]], ...] = (  # formats that have it, option
+    (["ansys", "nastran"], "--mesh", {
+        "required": True, "metavar": "FILE",
+        "help": "NAME.cdb with nodes and components; bulk data with the grid points"}),
+    (["calculix"], "--stress", {
+        "metavar": "MODES.dat",
+        "help": "of a sector: displacements and stresses of modes of the same mesh"}),
+    (DECKS, "--contact", {"required": True, "metavar": "SET", "help": "nodes that may touch"}),
+    (DECKS, "--low", {"metavar": "SET", "help": "side of a sector at the smaller angle"}),
+    (DECKS, "--high", {"metavar": "SET", "help": "side of a sector at the larger angle"}),
+    ((*DECKS, "matrixmarket"), "--sectors", {
+        "type": int, "default": 0, "metavar": "N", "help": "number of sectors, if this is one"}),
+    (DECKS, "--fixed", {"metavar": "SET", "help": "nodes that are held, if the file has them"}),
+    (DECKS, "--blade", {"metavar": "FILE", "help": "the same, of the blades' elements alone"}),
+    (DECKS, "--stiffness", {
+        "action": "append", "default": [], "metavar": "HZ=FILE",
+        "help": "the same, prestressed by a speed of rotation; given twice"}),
+    (["model"], "--stress", {
+        "metavar": "TABLE.csv",
+        "help": "of a reduced model: a row for each place, its blade from 0, then its stress for "
+        "a unit of each coordinate"}),
+    (["model"], "--static", {
+        "metavar": "TABLE.csv", "help": "stress of the rotation, a line for each place"}),
+    (["model"], "--table-units", {
+        "metavar": "UNITS",
+        "help": 'of these tables: "mm t s" for MPa and MPa per mm, "m kg s" for Pa and Pa per m'}),
+    (SOURCES, "--output", {"metavar": "FILE.h5", "help": "model file that is written"}),
+    (SOURCES, "--overwrite", {"action": "store_true", "help": "replace an existing model file"}),
+    (SOURCES, "--units", {"help": 'of the source, such as "mm t s"; of a model file its own'}),
+    (SOURCES, "--axis", {"choices": ("x", "y", "z"), "default": "z", "help": "of rotation"}),
+    (SOURCES, "--turns", {
+        "type": int, "choices": (1, -1), "default": 1,
+        "help": "-1: the disk turns against the axis, clockwise seen from its head"}),
+    (SOURCES, "--reduce", {"type": int, "metavar": "MODES", "help": "write the reduced model"}),
+    (SOURCES, "--speed-hz", {
+        "type": float, "default": 0.0, "help": "of rotation, for frequencies and mode shapes"}),
+)  # fmt: skip
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -43,70 +90,13 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     top = argparse.ArgumentParser(prog="hpcrub import", description=__doc__)
     add = top.add_subparsers(dest="format", required=True).add_parser
-    for name, what, mesh in (
-        ("calculix", "deck NAME.inp beside NAME.sti, NAME.mas and NAME.dof", None),
-        ("ansys", "NAME.full of the disk at rest", "NAME.cdb with nodes and components"),
-        ("nastran", "text OP4 file with KGG and MGG", "bulk data with the grid points"),
-    ):
+    for name, what in SOURCES.items():
         one = add(name, help=what)
         one.add_argument("source", help=what)
-        if mesh:
-            one.add_argument("--mesh", required=True, metavar="FILE", help=mesh)
-        else:
-            one.add_argument(
-                "--stress", metavar="MODES.dat",
-                help="of a sector: displacements and stresses of modes of the same mesh",
-            )  # fmt: skip
-        _add_lists(one)
-        _add_common(one)
-    one = add("matrixmarket", help="a folder with M.mtx, K.mtx and CSV lists")
-    one.add_argument("source", help="the folder")
-    one.add_argument("--sectors", type=int, default=0, metavar="N", help="of which this is one")
-    _add_common(one)
-    one = add("model", help="a model file: check it, reduce it")
-    one.add_argument("source", help="model file")
-    one.add_argument(
-        "--stress", metavar="TABLE.csv",
-        help="of a reduced model: a row for each place, its blade from 0, then its stress for a "
-        "unit of each coordinate",
-    )  # fmt: skip
-    one.add_argument(
-        "--static", metavar="TABLE.csv", help="stress of the rotation, a line for each place"
-    )
-    one.add_argument(
-        "--table-units", metavar="UNITS",
-        help='of these tables: "mm t s" for MPa and MPa per mm, "m kg s" for Pa and Pa per m',
-    )  # fmt: skip
-    _add_common(one)
+        for formats, option, how in OPTIONS:
+            if name in formats:
+                one.add_argument(option, **how)
     return top
-
-
-def _add_lists(one):
-    one.add_argument("--contact", required=True, metavar="SET", help="nodes that may touch")
-    one.add_argument("--low", metavar="SET", help="side of a sector at the smaller angle")
-    one.add_argument("--high", metavar="SET", help="side of a sector at the larger angle")
-    one.add_argument("--sectors", type=int, default=0, metavar="N", help="number of sectors")
-    one.add_argument("--fixed", metavar="SET", help="nodes that are held, if the file has them")
-    one.add_argument("--blade", metavar="FILE", help="the same, of the blades' elements alone")
-    one.add_argument(
-        "--stiffness", action="append", default=[], metavar="HZ=FILE",
-        help="the same, prestressed by a speed of rotation; given twice",
-    )  # fmt: skip
-
-
-def _add_common(one):
-    one.add_argument("--output", metavar="FILE.h5", help="model file that is written")
-    one.add_argument("--overwrite", action="store_true", help="replace an existing model file")
-    one.add_argument("--units", help='of the source, such as "mm t s"; of a model file its own')
-    one.add_argument("--axis", choices=("x", "y", "z"), default="z", help="of rotation")
-    one.add_argument(
-        "--turns", type=int, choices=(1, -1), default=1,
-        help="-1: the disk turns against the axis, clockwise seen from its head",
-    )  # fmt: skip
-    one.add_argument("--reduce", type=int, metavar="MODES", help="write the reduced model")
-    one.add_argument(
-        "--speed-hz", type=float, default=0.0, help="of rotation, for frequencies and mode shapes"
-    )
 
 
 def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
@@ -226,7 +216,8 @@ def _crossing(pencil, order, known):
 
     known: speeds between which the stiffness is known [Hz].
     """
-    speeds = crossings.speeds(*pencil, order) / (2 * np.pi)
+    stiffness, mass = pencil
+    speeds = crossings.speeds(stiffness, mass, order) / (2 * np.pi)
     return f"{speeds[0]:.4g}{_star(speeds[0], known)}" if len(speeds) else "never"
 
 

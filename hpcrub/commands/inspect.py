@@ -35,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def description(file: ResultFile) -> Iterator[str]:
     """Yield lines that describe one result file."""
-    config, status = file.config, file.status
+    config, study = file.config, run_of(file.config).study
     megabytes = file.path.stat().st_size / 1e6
     yield f"{one_line(str(file.path))}: sound, study {config.study}, {megabytes:.4g} MB"
     for name, value in sorted(file.attributes.items()):
@@ -44,6 +44,6 @@ def description(file: ResultFile) -> Iterator[str]:
     yield "  keys that differ from their defaults:"
     for line in differences(config, Config(), ("here", "by default")):
         yield f"    {one_line(line)}"
-    n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
+    n_done, n_failed = (int(np.count_nonzero(study.parts(file) == s)) for s in (DONE, FAILED))
     failed = f", {n_failed} failed" if n_failed else ""
-    yield f"  done: {run_of(config).study.amount_done(file, n_done)}{failed}"
+    yield f"  done: {study.amount_done(file, n_done)}{failed}"

@@ -95,9 +95,10 @@ def _call(command, quiet):
     """Run a command and print its output line by line. Raises HpcrubError when it fails."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     said = []
-    pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    with subprocess.Popen(command, env=environment, **pipe) as process:
-        for line in process.stdout:
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        for line in process.stdout or ():
             said.append(line.strip())
             if not quiet:
                 print(line, end="", flush=True)

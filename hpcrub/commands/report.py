@@ -77,7 +77,8 @@ def render(paths: Sequence[str]) -> str:
 def _facts(path):
     """Return everything that the report says of one file, for the template."""
     with open_result(path) as file:
-        study, config, status = run_of(file.config).study, file.config, file.status
+        study, config = run_of(file.config).study, file.config
+        status = study.parts(file)
         n_done = int(np.count_nonzero(status != PENDING))
         if not n_done:
             raise InputError(f"{path} holds no result yet; run its input with --resume")

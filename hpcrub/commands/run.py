@@ -195,7 +195,7 @@ def status(runs: list[Run]) -> int:
             complete = False
             continue
         with studies.open_result(cfg.output, cfg) as file:
-            done = file.status != PENDING
+            done = study.parts(file) != PENDING
             enough = bool(done.all())
             text = f"{cfg.output}: {study.amount_done(file, int(np.count_nonzero(done)))}"
             if not enough and study.is_enough(file):

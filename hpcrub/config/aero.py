@@ -69,23 +69,21 @@ def problems(aero: Aero, n_blades: int) -> Iterator[str]:
     ahead = [influence.blades % n_blades for influence in aero.influence]
     for blades in sorted({b for b in ahead if ahead.count(b) > 1}):
         yield f"aero.influence: {blades} blades ahead is given twice, counted around {n_blades}"
+    ways = {
+        h: ("neither",) if 2 * h % n_blades == 0 else ("forward", "backward")
+        for h in range(n_blades // 2 + 1)
+    }
     known = [(wave.diameters, wave.travels) for wave in aero.waves]
     for h, travels in known:
-        alone = 2 * h % n_blades == 0
-        if 2 * h > n_blades:
+        if h not in ways:
             yield f"aero.waves: {h} nodal diameters; {n_blades} blades have {n_blades // 2} at most"
-        elif alone and travels != "neither":
-            yield f"aero.waves: {h} nodal diameters travel neither way, not {travels}"
-        elif travels == "neither" and not alone:
-            yield f"aero.waves: {h} nodal diameters travel forward or backward; say which"
+        elif travels not in ways[h]:
+            yield f"aero.waves: {h} nodal diameters travel: {' or '.join(ways[h])}, not {travels}"
         elif known.count((h, travels)) > 1:
             yield f"aero.waves: {h} nodal diameters, travels: {travels}, is given twice"
-    missing = np.flatnonzero(np.isnan(aero.table(n_blades)[0]))
-    if known and len(missing):
-        r = int(missing[0])
-        h, way = min(r, n_blades - r), "forward" if 2 * r < n_blades else "backward"
-        way = "neither" if 2 * h % n_blades == 0 else way
+    missing = [(h, way) for h in ways for way in ways[h] if (h, way) not in known]
+    if known and missing:
         yield (
-            f"aero.waves: {len(known)} waves given, {n_blades} blades have {n_blades}; {h} nodal "
-            f"diameters, travels: {way}, is missing"
+            f"aero.waves: {len(known)} waves given, {n_blades} blades have {n_blades}; "
+            "{} nodal diameters, travels: {}, is missing".format(*missing[0])
         )

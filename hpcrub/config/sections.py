@@ -144,7 +144,7 @@ class Time(Section):
 
 
 class SteadyState(Section):
-    """When a motion is followed no longer, and what its amplitude is."""
+    """When a motion has been followed long enough, and what its amplitude is."""
 
     rule: Literal["ensemble", "last_window"] = "ensemble"
     """ensemble: mean of the windows' largest amplitudes until it is known to max_error, or the
@@ -247,7 +247,7 @@ class Mistuning(Section):
 
 
 class Limits(Section):
-    """What the blades must not exceed; the study tells how probable that is."""
+    """Limits of the vibration; a study tells how probable it is that a fan exceeds them."""
 
     amplitude_mm: Number | None = Field(None, gt=0, le=1e6)
     """largest tangential displacement of a tip [mm]"""
@@ -268,7 +268,7 @@ class Limits(Section):
     limit is below this part of the probability [-]"""
     probability_below: Number | None = Field(None, ge=1e-9, lt=1)
     """of a rare study, which ends when this probability is known to be below or above this one, by
-    an interval of 99.5 %, because it is tested repeatedly [-]"""
+    an interval of 99.5 %, which is wider than usual since it is looked at after every round [-]"""
 
     amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
 

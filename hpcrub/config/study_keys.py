@@ -56,7 +56,8 @@ class Threshold(Section):
     highest: Number = 1.0
     """highest value"""
     tolerance: Number = Field(0.05, gt=0)
-    """to which the value is to be known, in the unit of the key; values are so far apart or less"""
+    """largest error of the value that is found, in the unit of the key; the values that are tried
+    are so far apart or less"""
     probability: Number = Field(0.01, gt=0, lt=1)
     """probability of exceeding one of limits, that is to be met [-]"""
 

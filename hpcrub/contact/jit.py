@@ -92,8 +92,8 @@ def _foreign_sources(kind):
         return set().union(*map(_foreign_sources, kind))
     if not isinstance(kind, types.BaseNamedTuple):
         return set()
-    home = kind.instance_class.__module__
-    others = _foreign_sources(tuple(kind.types))
+    home = kind.instance_class.__module__  # type: ignore[attr-defined]
+    others = _foreign_sources(tuple(kind.types))  # type: ignore[attr-defined]
     if home.startswith("hpcrub."):
         return others
     try:
@@ -114,9 +114,10 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
     """
 
     def decorate(f):
-        if numba.config.DISABLE_JIT:
+        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return f
-        dispatcher = numba.njit(
+        njit: Any = numba.njit  # its types lack options that it has
+        dispatcher = njit(
             f,
             error_model="numpy",
             nogil=True,
@@ -125,7 +126,7 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
             no_cfunc_wrapper=True,
             no_cpython_wrapper=inner,
         )
-        if numba.config.CACHE_DIR:
+        if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
             dispatcher._cache = _Cache(f)
         dispatcher.get_call_template = _without_literals(dispatcher.get_call_template)
         return dispatcher

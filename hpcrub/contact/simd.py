@@ -334,7 +334,8 @@ def _tile_advance(context, builder, sig, args):
     width = tile[0].dtype.width
 
     def load(name):
-        return _load_any(context, builder, *arrays[name], k, width)
+        fe_type, array = arrays[name]
+        return _load_any(context, builder, fe_type, array, k, width)
 
     # a mode is stored before the next is loaded, which keeps LLVM from filling all registers
     for i, force in enumerate(cgutils.unpack_tuple(builder, tile[1])):
@@ -351,8 +352,9 @@ def _tile_advance(context, builder, sig, args):
                 push = _scalar_at(context, builder, *external, step[1], k, width)
                 d = builder.fadd(d, builder.fmul(push, gain))
             q = builder.fadd(q, d)
-        _store_row(context, builder, *arrays["increment"], k, d)
-        _store_row(context, builder, *arrays["position"], k, q)
+        for name, vector in (("increment", d), ("position", q)):
+            fe_type, array = arrays[name]
+            _store_row(context, builder, fe_type, array, k, vector)
     return context.get_dummy_value()
 
 

@@ -25,8 +25,9 @@ from hpcrub.studies.contact import layout, measured
 from hpcrub.studies.contact.survey import shared_uncertainty
 
 MOST_PANELS = 6  # files that get a panel each; more files are rows of one panel
-BESIDE = 0.012  # sideways shift of curves, part of the range of levels: intervals stay visible
-ABOVE, APART = 0.22, 0.11  # parts of a row: contact and linear from its middle, percentiles apart
+CURVE_SHIFT = 0.012  # sideways shift of curves, part of the range of levels: intervals stay visible
+ROW_SHIFT = 0.22  # of contact and linear amplifications from the middle of a row, parts of it
+PERCENTILE_SHIFT = 0.11  # from one percentile to the next
 SIGMA, AMPLIFICATION = "mistuning σ [%]", "amplification [-]"
 
 
@@ -39,7 +40,7 @@ class Look(NamedTuple):
 
 
 CONTACT, LINEAR = Look("contact", BLUE), Look("linear", ORANGE, "--")
-KINDS = ("amplification", CONTACT), ("linear_amplification", LINEAR)
+RATIOS = ("amplification", CONTACT), ("linear_amplification", LINEAR)
 
 
 def draw_curves(
@@ -53,7 +54,7 @@ def draw_curves(
     """
     known = [v for v in range(len(x)) if len(values[v])]
     by_level = [with_interval(values[v], at, shared) for v in known]
-    x = x[known] + place * BESIDE * (np.max(x) - (0.0 if from_one else np.min(x)))
+    x = x[known] + place * CURVE_SHIFT * (np.max(x) - (0.0 if from_one else np.min(x)))
     zero, one = ([0.0], [1.0]) if from_one else ([], [])
     for p, curve in enumerate(np.reshape(by_level, (-1, 3, len(at))).T):
         line = [*zero, *x], [*one, *curve[0]]
@@ -62,7 +63,7 @@ def draw_curves(
     axes.margins(y=0.18)  # room for the arrows of open ends
 
 
-def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
+def explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
     """Add the colours, and the markers of the percentiles, to the legend."""
     for look in looks:
         axes.plot([], [], look.style, color=look.colour, label=look.word)
@@ -73,8 +74,8 @@ def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
 def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> None:
     """Draw percentiles of both amplifications of a file over x (V,), one for every level."""
     at = file.config.convergence.percentiles
-    _explain(axes, [CONTACT, LINEAR], at)
-    for (name, look), place in zip(KINDS, (-1, 1), strict=True):
+    explain(axes, [CONTACT, LINEAR], at)
+    for (name, look), place in zip(RATIOS, (-1, 1), strict=True):
         shared = shared_uncertainty(file, name)
         draw_curves(axes, x, finished(file, name), at, look, shared, place, from_one)
 
@@ -97,7 +98,7 @@ def percentiles(canvas: Canvas, files: list[ResultFile]) -> None:
 
 def samples(files: Sequence[ResultFile]) -> str:
     """Return how many samples are finished in the levels of files, in words."""
-    return _in_words([values for file in files for values in finished(file, KINDS[0][0])])
+    return _in_words([values for file in files for values in finished(file, RATIOS[0][0])])
 
 
 def _in_words(levels: Sequence[Any]) -> str:
@@ -113,7 +114,7 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
     if len(files) > 1:
         row = files.index(best)
         names[row] = names[row].replace("(", "(lines; ")
-        for name, look in KINDS:
+        for name, look in RATIOS:
             at = best.config.convergence.percentiles
             for value in with_interval(finished(best, name)[-1], at)[0]:
                 axes.axvline(value, color=look.colour, lw=0.8, alpha=0.6, zorder=0)
@@ -125,9 +126,9 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
     """Draw percentiles of both amplifications at the widest level of files, a row for each file."""
     for row, file in enumerate(files):
         at = file.config.convergence.percentiles
-        _explain(axes, [CONTACT, LINEAR._replace(style="-")], at)
-        among = APART * (np.arange(len(at)) - 0.5 * (len(at) - 1)) * 3 / max(3, len(at))
-        for (name, look), beside in zip(KINDS, (-ABOVE, ABOVE), strict=True):
+        explain(axes, [CONTACT, LINEAR._replace(style="-")], at)
+        among = PERCENTILE_SHIFT * (np.arange(len(at)) - 0.5 * (len(at) - 1)) * 3 / max(3, len(at))
+        for (name, look), beside in zip(RATIOS, (-ROW_SHIFT, ROW_SHIFT), strict=True):
             values, height = finished(file, name)[-1], row + beside + among
             if not len(values):
                 continue
@@ -144,9 +145,9 @@ def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
     rows = np.array([disk.number for disk in found], dtype=float)
     contact, linear = np.transpose([(disk.amplification, disk.linear) for disk in found])
     ends = np.transpose([disk.interval for disk in found])
-    intervals.draw(axes, rows - ABOVE, [contact, *ends], BLUE, sideways=True)
-    axes.plot(contact, rows - ABOVE, "o", color=BLUE, ms=7, label=CONTACT.word)
-    axes.plot(linear, rows + ABOVE, "s", color=ORANGE, ms=7, label=LINEAR.word)
+    intervals.draw(axes, rows - ROW_SHIFT, [contact, *ends], BLUE, sideways=True)
+    axes.plot(contact, rows - ROW_SHIFT, "o", color=BLUE, ms=7, label=CONTACT.word)
+    axes.plot(linear, rows + ROW_SHIFT, "s", color=ORANGE, ms=7, label=LINEAR.word)
     axes.set_yticks(rows, [f"disk {disk.number}" for disk in found])
     axes.set(ylim=(rows.max() + 0.5, rows.min() - 0.5), xlabel=AMPLIFICATION)
 
@@ -207,7 +208,7 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
     for d, panel in enumerate(axes):
         values = [finite(level) for level in file.read("amplification", (slice(None), d))]
         at = file.config.convergence.percentiles
-        _explain(panel, [LINEAR], at)
+        explain(panel, [LINEAR], at)
         draw_curves(panel, sigma, values, at, LINEAR)
         if file.config.aero.exists:
             draw_limit(panel, file, d)

@@ -17,7 +17,7 @@ from hpcrub.studies.contact import survey
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
 OF_ANY_SIZE = "s", "N/m", "N s/m"  # units with prefixes, such as 240 MN/m
 COATING = "contact.coating."  # first part of keys that mean nothing for a file without a coating
-FEW = 3  # largest number of keys that are all named; of more keys, only unusual values are
+FEW_KEYS = 3  # largest number of keys that are all named; of more keys, only unusual values are
 
 
 def finished(file: ResultFile, name: str) -> list[Any]:
@@ -71,7 +71,7 @@ def labels(files: list[ResultFile]) -> list[str]:
     if not {*keys} & known <= {*PROFILE}:  # tables of waves or modes: the user's name of the file
         words = {"output": [without_suffix(file.path).name for file in files]} | words
     keys, usual = list(words), {}
-    if len(keys) > FEW:
+    if len(keys) > FEW_KEYS:
         usual = {key: Counter(words[key]).most_common(1)[0][0] for key in keys}
     texts = []
     for i, file in enumerate(files):

@@ -19,7 +19,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import findings, layout, measured
 from hpcrub.studies.contact.survey import unstable_peak
 
-MOST = 20_000  # largest number of samples of a level in the band of a frequency response
+MOST_SAMPLES = 20_000  # largest number of samples of a level in the band of a frequency response
 SCATTER = "± standard deviation of the windows"
 MOST_LINES = 5  # responses in one panel besides the reference; of more, each gets a panel
 SPEED = "speed of rotation [Hz]"
@@ -70,7 +70,7 @@ def draw_response(
     """
     name = name or layout.amplitude(file.config)
     speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
-    line = {"lw": 1.6, "zorder": 3, **how}
+    line: dict[str, Any] = {"lw": 1.6, "zorder": 3, **how}
     if name == "amplitude_m":
         wide = np.nan_to_num(scale * file.read(f"{group}/amplitude_scatter_m", where))
         axes.fill_between(speeds, values - wide, values + wide, color=colour, alpha=0.15, lw=0)
@@ -100,7 +100,7 @@ def _draw_symbol(axes, x, y, symbol, colour, label, **look):
     """Draw symbols in the colour of a disk; the legend has one of all disks, in grey."""
     if len(x):
         axes.plot(x, y, symbol, mec=colour, clip_on=False, zorder=5, **look)
-        grey = {"ms": 7, "mec": GREY, "mfc": "w" if look["mfc"] == "w" else GREY}
+        grey: dict[str, Any] = {"ms": 7, "mec": GREY, "mfc": "w" if look["mfc"] == "w" else GREY}
         axes.plot([], [], symbol, label=label, **grey)
 
 
@@ -119,16 +119,16 @@ def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: f
 
     The band reaches from the lowest to the highest percentile of the input. If there are too few
     samples for one of these, it reaches from the smallest to the largest sample. Crosses are speeds
-    at which some of them have no result, and are not in the band. name: dataset of other values in
-    metres than the amplitudes.
+    at which some of them have no result, and are not in the band. name: dataset of other values
+    than the amplitudes, which are drawn times `scale`.
     """
     if file.config.pattern_deviation is not None:
         draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
         return
-    done = file.status[-1, :MOST] == DONE
-    lost = (file.read("samples/point_status", (-1, slice(MOST))) == DIVERGED).any(axis=0)
+    done = file.status[-1, :MOST_SAMPLES] == DONE
+    lost = (file.read("samples/point_status", (-1, slice(MOST_SAMPLES))) == DIVERGED).any(axis=0)
     name = name or layout.amplitude(file.config)
-    amplitude = 1e3 * file.read(f"samples/{name}", (-1, slice(MOST)))[done]
+    amplitude = scale * file.read(f"samples/{name}", (-1, slice(MOST_SAMPLES)))[done]
     speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles
     known = np.isfinite(amplitude).any(axis=0)
     level = f"±{100 * file.read('half_range')[-1]:.3g} %"

@@ -20,7 +20,7 @@ from hpcrub.studies.contact.survey import n_counted
 from hpcrub.studies.energy import amplification
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # shares of the samples that lie inside the contours
-FEW = 100  # number of samples up to which neither density nor percentile 99 is drawn
+FEW_SAMPLES = 100  # number of samples up to which neither density nor percentile 99 is drawn
 Array = NDArray[np.float64]
 
 
@@ -63,10 +63,10 @@ def _title(sigma: float, linear: Array, contact: Array) -> str:
 
 def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
     """Draw the samples of one level; if they are many, draw their density and return its image."""
-    image, n = None, len(linear)
-    look: dict[str, Any] = {"color": BLACK, "ms": 6} if n <= FEW else {"color": "0.55", "ms": 2}
-    axes.plot(linear, contact, ".", zorder=0.5, rasterized=n > FEW, label="samples", **look)
-    if n > FEW:
+    image, are_many = None, len(linear) > FEW_SAMPLES
+    look: dict[str, Any] = {"color": "0.55", "ms": 2} if are_many else {"color": BLACK, "ms": 6}
+    axes.plot(linear, contact, ".", zorder=0.5, rasterized=are_many, label="samples", **look)
+    if are_many:
         *grid, density = pairs.density(linear, contact)
         if density is not None:
             share = cumulative(density).T

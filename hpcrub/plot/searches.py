@@ -3,13 +3,13 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from hpcrub.plot.amplifications import Look, draw_curves, explain
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import Z_95, finite, probability_interval, with_interval
+from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 from hpcrub.statistics.rare import extrapolated
-from hpcrub.studies.checklist import CHANGES, LEAST, moved
+from hpcrub.studies.checklist import CHANGES, LEAST_CHANGE, moved
 from hpcrub.studies.contact.limits import severities
 from hpcrub.studies.patterns import Rounds, in_letters
 from hpcrub.studies.rare import answer as probability_in_words
@@ -58,15 +58,10 @@ def _draw_probability(axes: Axes, file: ResultFile) -> None:
 def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
     """Draw percentiles of the largest amplitudes of the disks computed at every value."""
     peaks, n = 1e3 * file.read("peak_amplitude_m"), file.read("n_disks")
-    at = file.config.convergence.percentiles
-    for value, row, disks in zip(file.read("value"), peaks, n, strict=True):
-        known = finite(row[:disks])
-        percentiles, low, high = with_interval(known, at)  # NaN, not drawn, of no disk
-        axes.plot(np.full(len(at), value), percentiles, "-o", ms=4, lw=1.0, color=BLUE)
-        axes.vlines(np.full(len(at), value), low, high, color=BLUE, alpha=0.4, lw=5)
-    axes.plot([], [], "-o", ms=4, color=BLUE, label="percentiles " + "/".join(f"{p:g}" for p in at))
-    words = f"{LEVEL} intervals of these, where both ends are known"
-    axes.vlines([], [], [], color=BLUE, alpha=0.4, lw=5, label=words)
+    at, look = file.config.convergence.percentiles, Look("largest amplitude", BLUE)
+    explain(axes, [look], at)
+    computed = [finite(row[:disks]) for row, disks in zip(peaks, n, strict=True)]
+    draw_curves(axes, file.read("value"), computed, at, look, from_one=False)
     if file.config.limits.amplitude_mm is not None:
         axes.axhline(file.config.limits.amplitude_mm, color=BLACK, lw=1.2, ls=":", label="limit")
     axes.set(ylabel="largest amplitude [mm]", ylim=(0.0, None))
@@ -185,7 +180,7 @@ def checklist(canvas: Canvas, file: ResultFile) -> None:
     changes = moved(size)
     rows = [n for n, change in enumerate(changes, 1) if np.isfinite(change[0])]
     axes = canvas.panels(1, 1, (9.5, 1.6 + 0.42 * len(rows)))[0, 0]
-    axes.axvspan(-100 * LEAST, 100 * LEAST, color="0.92", zorder=0, label="below 1 %")
+    axes.axvspan(-100 * LEAST_CHANGE, 100 * LEAST_CHANGE, color="0.92", zorder=0, label="below 1 %")
     axes.axvline(0.0, color=BLACK, lw=1.0)
     for place, n in enumerate(rows):
         mean, error, _ = changes[n - 1]

@@ -11,7 +11,7 @@ from hpcrub.effects.casing_waves import SHOWN
 from hpcrub.model.crossings import MEETINGS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_all
-from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, edges, shades
+from hpcrub.plot.style import BLACK, BLUE, ORANGE, edges, shades
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import findings
@@ -90,10 +90,9 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     _write_waves(motion, file)
     tips.set(ylabel="largest $|u_t|$ of a tip [mm]", title="tips")
     motion.set(ylabel="largest radial motion [mm]", title="casing (numbers: waves n, tuned disk)")
-    _draw_share(share, file)
+    draw_all(share, file, "casing_energy_share", 100)
+    share.set(ylabel="energy of the casing [%]", title="at the end of a run")
     _draw_runaway(grows, file)
-    for panel in (tips, motion, share, grows):
-        panel.set(xlabel=SPEED)
     canvas.note(*findings.short(file))
 
 
@@ -111,24 +110,6 @@ def _write_waves(axes: Axes, file: ResultFile) -> None:
     axes.margins(y=0.12)  # room for the numbers below the title
 
 
-def _draw_share(axes: Axes, file: ResultFile) -> None:
-    """Draw the casing's share of the energy, of the tuned disk and of the mistuned ones."""
-    speeds = file.read("speeds_hz")
-    values = 100 * file.read("tuned/casing_energy_share")
-    axes.plot(speeds, values, color=BLACK, marker=MARKERS[0], ms=4, label="tuned disk")
-    samples = 100 * file.read("samples/casing_energy_share", -1)
-    if np.isfinite(samples).any():
-        known = np.isfinite(samples).any(axis=0)
-        middle = np.full(len(speeds), np.nan)
-        middle[known] = np.nanmedian(samples[:, known], axis=0)
-        alone = file.config.pattern_deviation is not None
-        label = "mistuned disk" if alone else "median of the samples"
-        axes.plot(speeds, middle, ".-", ms=3, color=BLUE, label=label)
-    axes.update_datalim([(speeds[0], 0.0), (speeds[-1], 0.0)])  # lost speeds are in all panels
-    axes.autoscale_view()
-    axes.set(ylabel="energy of the casing [%]", ylim=(0.0, None), title="at the end of a run")
-
-
 def _draw_runaway(axes: Axes, file: ResultFile) -> None:
     """Draw growth in permanent contact, and that of motions that ran away; share of many disks."""
     speeds, away = file.read("speeds_hz"), "casing_growth_per_s"
@@ -141,7 +122,7 @@ def _draw_runaway(axes: Axes, file: ResultFile) -> None:
         axes.plot(speeds, mistuned, marker="+", color=BLUE, label=label.format("mistuned"), **look)
     tuned = file.read(f"tuned/{away}")
     axes.plot(speeds, tuned, marker="x", color=BLACK, label=label.format("tuned"), **look)
-    axes.set(ylim=(0.0, None), title="lines: all tips in permanent contact, linear")
+    axes.set(xlabel=SPEED, ylim=(0.0, None), title="lines: all tips in permanent contact, linear")
     done = file.status[-1] == DONE
     if alone or not done.any():
         return

@@ -159,7 +159,7 @@ def amount(n_done: int, n_total: int, expected: int | None = None, unit: str = "
     if expected is None:
         return f"{n_done} of {n_total}{unit}"
     goal = min(expected, n_total)
-    if n_done < goal:
+    if goal and n_done <= goal:
         return f"{n_done} of about {goal}{unit} (at most {n_total})"
     more = f", more than the {goal} expected" if goal else ""
     return f"{n_done} of at most {n_total}{unit}{more}"

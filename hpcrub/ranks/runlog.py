@@ -39,7 +39,7 @@ class RunLog:
     def __init__(self, output: str | Path, n_ranks: int, writes: bool = True) -> None:
         """Write the first line; writes: whether this rank writes, which only rank 0 does."""
         self.writes = writes
-        self.job: Any = None  # a `runs.study.Job`, once there is one
+        self.job: Any = None  # a `runs.job.Job`, once there is one
         self.path = Path(f"{without_suffix(os.path.abspath(output))}.runs.jsonl")
         self.n_ranks = n_ranks
         self.began = time.monotonic()

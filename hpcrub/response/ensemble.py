@@ -99,7 +99,7 @@ class LastWindow(Watch):
         before, last = recent.sizes
         tip = int(np.argmax(last))
         passes = is_constant(before[tip], last[tip], self.criteria)
-        passes = passes and is_repeated(*recent.signals(tip), self.criteria)
+        passes = passes and is_repeated(*recent.signals(tip), criteria=self.criteria)
         self.passed = self.passed + 1 if passes else 0
         if self.passed < self.criteria.confirmations and not over:
             return None
@@ -153,10 +153,10 @@ class Windows(Watch):
         tip = int(np.argmax(last))
         # largest over all tips: at the start another tip may have moved more
         same = is_constant(before.max(), last[tip], self.strict)
-        same = same and is_repeated(*recent.signals(tip), self.strict)
-        same = (
-            same and self.growth.largest <= REPEATED * self.strict.max_amplitude_change * last[tip]
-        )
+        previous, present = recent.signals(tip)
+        same = same and is_repeated(previous, present, self.strict)
+        allowed = REPEATED * self.strict.max_amplitude_change * last[tip]
+        same = same and self.growth.largest <= allowed
         self.alike = self.alike + 1 if same else 1
         if self.alike >= ALIKE:
             return self._verdict(STEADY, ALIKE)

@@ -154,7 +154,8 @@ def _fill(team, run, prepared, warnings, file, log):
     try:
         job.run()
     except Interrupted as error:
-        there = team.on_root(lambda: progress.amount(*job.n_done(), job.expected, run.study.unit))
+        n_done, n_all = team.on_root(job.n_done)
+        there = progress.amount(n_done, n_all, job.expected, run.study.unit)
         error.args = (
             f"{error} came; {there} are in {run.config.output}, and the same command with "
             "--resume computes the others, on any number of ranks",

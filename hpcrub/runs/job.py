@@ -50,11 +50,12 @@ class Job:
         """
         self.study, self.config = run
         self.team, self.prepared, self.file = team, prepared, file
-        self.progress, self.phase = progress, phase
+        self.progress: Any = progress
+        self.phase = phase
         self.work = Work()  # done so far, on rank 0
         self.n_before = 0  # tasks of it that do not tell the time left
         self.expected: int | None = None  # as in the round
-        self.status = np.zeros(0, dtype=np.uint8)  # of every part as the job begins, on rank 0
+        self.status: np.ndarray = np.zeros(0, np.uint8)  # of every part at the begin, on rank 0
         self.n_finished = 0  # parts, on rank 0
         self.round: Any = None  # Round, on all ranks without its tasks
         self.tasks: Sequence[Any] = ()  # of the round, on rank 0
@@ -100,7 +101,7 @@ class Job:
         self.study.print_results(self.file)
 
     def _take_stock(self):
-        self.status = self.file.status
+        self.status = self.study.parts(self.file)
         self.n_finished = int(np.count_nonzero(self.status != PENDING))
 
     def _plan(self):

@@ -120,6 +120,10 @@ class Study:
         """How much the study will compute, in words, if that depends on its results; else ""."""
         return ""
 
+    def parts(self, file: ResultFile) -> np.ndarray:
+        """Status of all parts of a file, of any shape."""
+        return file.status
+
     def next_round(self, file: ResultFile) -> Round:
         """Tasks that are computed next, and what the results in the file tell so far (rank 0)."""
         return Round(np.flatnonzero(file.status == PENDING).tolist())
@@ -127,15 +131,15 @@ class Study:
     def is_enough(self, file: ResultFile) -> bool:
         """Whether a file is complete, although some of its parts may be missing."""
         last = self.next_round(file)
-        there = (np.array_equal(file.read(n), v, equal_nan=True) for n, v in last.known.items())
-        return not last.tasks and all(there)
+        there = (np.allclose(file.read(n), v, equal_nan=True) for n, v in last.known.items())
+        return not last.tasks and all(there)  # written, perhaps with another rounding
 
     def amount_done(self, file: ResultFile, n_done: int) -> str:
         """How many parts of a file are done, of those that are expected, in words."""
         expected = self.next_round(file).expected
         if expected and self.is_enough(file):
             expected = 0
-        return amount(n_done, file.status.size, expected, self.unit)
+        return amount(n_done, self.parts(file).size, expected, self.unit)
 
     def report(self, file: ResultFile) -> Iterable[str]:
         """Lines about the results; the first line stands in a table of several runs."""

@@ -2,6 +2,7 @@
 
 import functools
 import os
+from typing import Any
 
 import numpy as np
 
@@ -93,7 +94,8 @@ def _patterns(config):
     checksum = model_file.checksum(path)
     changes = _deviations(path, checksum, mistuning.pattern_unit, config.material.young_modulus_gpa)
     largest = 100.0 * float(np.abs(changes).max())
-    keys = {"mistuning.pattern_sha256": checksum, "mistuning.half_range_percent": [largest]}
+    keys: dict[str, Any] = {"mistuning.pattern_sha256": checksum}
+    keys["mistuning.half_range_percent"] = [largest]
     if "samples" not in mistuning.model_fields_set:
         keys["mistuning.samples"] = len(changes)
     return keys

@@ -118,9 +118,9 @@ def _link(branches, groups):
         if cost[i, j] < LINK:
             numbers[j] = i
             branches[i] = groups[j]
-    for j in np.flatnonzero(numbers < 0):
-        numbers[j] = len(branches)
-        branches.append(groups[j])
+    for new in np.flatnonzero(numbers < 0):
+        numbers[new] = len(branches)
+        branches.append(groups[new])
     return numbers
 
 

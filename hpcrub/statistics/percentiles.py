@@ -40,6 +40,15 @@ def probability_interval(count: npt.ArrayLike, n: npt.ArrayLike, z: float) -> np
     return np.array([low, high])
 
 
+def side_of(target: float, count: npt.ArrayLike, n: npt.ArrayLike, z: float) -> np.ndarray:
+    """Whether probabilities are certainly below (-1) or above (1) a target, or neither (0).
+
+    count, n, z: as in `probability_interval`.
+    """
+    low, high = probability_interval(count, n, z)
+    return (low > target).astype(int) - (high < target)
+
+
 def widened(
     centre: np.ndarray, low: np.ndarray, high: np.ndarray, shared: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

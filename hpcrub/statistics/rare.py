@@ -4,18 +4,19 @@ Results are *severities*: the largest amplitude or stress as a part of its limit
 beyond a limit when its severity is above 1.
 """
 
+import bisect
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from hpcrub.statistics.percentiles import Z_95, probability_interval
+from hpcrub.statistics.percentiles import Z_95, probability_interval, side_of
 
 # Normal quantile of an interval that is held against a target again and again as disks are added,
 # 99.5 %: the side of a probability that is the target itself is then named wrongly once in forty
 # studies.
 Z_OF_TESTS = 2.807
-MOST = 1e12  # largest number of disks
+MOST_DISKS = 10**12  # largest number of disks
 
 
 class Goal(NamedTuple):
@@ -29,9 +30,7 @@ class Goal(NamedTuple):
 
         n_above: number of events among n independent disks, of any shape.
         """
-        low, high = probability_interval(n_above, n, Z_OF_TESTS)
-        target = np.nan if self.below is None else self.below
-        return (low > target).astype(int) - (high < target)
+        return side_of(np.nan if self.below is None else self.below, n_above, n, Z_OF_TESTS)
 
     def is_met(self, n_above: npt.ArrayLike, n: npt.ArrayLike) -> np.ndarray:
         """Whether probabilities are known well enough from n_above events among n disks."""
@@ -45,15 +44,12 @@ class Goal(NamedTuple):
 
 
 def n_needed(goal: Goal, chance: float) -> int:
-    """Number of disks that a goal needs if so many events occur as are expected, at most MOST.
+    """Number of disks that a goal needs if so many events occur as are expected.
 
-    chance: probability of an event.
+    chance: probability of an event. The number is at most MOST_DISKS.
     """
-    low, high = 0.0, np.log(MOST)
-    for _ in range(40):
-        n = np.exp((low + high) / 2.0)
-        low, high = (low, np.log(n)) if goal.is_met(n * chance, n) else (np.log(n), high)
-    return int(np.ceil(np.exp(high) - 1e-6))
+    numbers = range(1, MOST_DISKS)
+    return 1 + bisect.bisect_left(numbers, True, key=lambda n: bool(goal.is_met(n * chance, n)))
 
 
 def extrapolated(severity: np.ndarray, at: np.ndarray, runs: int = 20) -> dict[str, np.ndarray]:

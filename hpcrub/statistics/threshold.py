@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.statistics.percentiles import probability_interval
+from hpcrub.statistics.percentiles import side_of
 
-Z = 2.5758  # normal quantile of each test of a value: 99 %, because a value is tested repeatedly
-FIRST = 20  # disks of a value in its first test
+Z = 2.5758  # normal quantile of each test of a value: 99 %, because tests are repeated
+FIRST_DISKS = 20  # disks of a value in its first test
 GROWTH = 1.5  # factor of the number of disks from one test to the next
 COARSE = 5  # values that are always tested: the probability may rise and fall again
-BELOW, UNKNOWN, ABOVE = -1, 0, 1
+BELOW, UNKNOWN, ABOVE = -1, 0, 1  # as of `side_of`
 
 
 def coarse(n: int) -> list[int]:
@@ -47,8 +47,7 @@ class Search(NamedTuple):
 
     def sides(self) -> np.ndarray:
         """Side of the target on which each probability lies: BELOW, ABOVE or UNKNOWN (V,)."""
-        low, high = probability_interval(self.n_above, self.n_done, Z)
-        return np.where(high < self.target, BELOW, np.where(low > self.target, ABOVE, UNKNOWN))
+        return side_of(self.target, self.n_above, self.n_done, Z)
 
     def next_look(self) -> tuple[int, int] | None:
         """Index of the next value to test, and its number of disks then; None at the end."""
@@ -95,5 +94,5 @@ class Search(NamedTuple):
         return int(begun[0] if begun else between[(len(between) - 1) // 2])
 
     def _more(self, value):
-        more = max(FIRST, int(np.ceil(GROWTH * self.n_done[value])))
+        more = max(FIRST_DISKS, int(np.ceil(GROWTH * self.n_done[value])))
         return value, min(more, self.most)

@@ -25,8 +25,8 @@ from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.trials import Case, Trials, table
 
-LEAST = 0.01  # smallest mean change of the disks that counts [-]
-LARGE = 0.05  # mean change by grid, step or model that makes a study useless [-]
+LEAST_CHANGE = 0.01  # smallest mean change of the disks that counts [-]
+LARGE_CHANGE = 0.05  # mean change by grid, step or model that makes a study useless [-]
 
 
 def _smaller_clearance(c):
@@ -140,7 +140,7 @@ class Checklist(Trials):
                 continue
             words = f"{change.what} moves the answer by {100 * mean:+.2g} %"
             if change.is_error:
-                severity = USELESS if abs(mean) > LARGE else SINGLE
+                severity = USELESS if abs(mean) > LARGE_CHANGE else SINGLE
                 yield Finding(severity, words, f"{words}: {change.key}")
             else:
                 yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
@@ -171,8 +171,8 @@ def _n_disks(config):
 
 
 def _counts(mean, error):
-    """Whether a change is larger than chance and than LEAST."""
-    return bool(abs(mean) > max(error, LEAST))
+    """Whether a change is larger than chance and than LEAST_CHANGE."""
+    return bool(abs(mean) > max(error, LEAST_CHANGE))
 
 
 STUDY = Checklist()

@@ -26,7 +26,7 @@ from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude
 from hpcrub.studies.contact.trials import Trials, peaks_of
 
-FIRST = 64  # disks of every pattern in the first round
+FIRST_DISKS = 64  # disks of every pattern in the first round
 BLOCK = 32  # disks of a task
 _P, _PN = ("pattern",), ("pattern", "sample")
 LAYOUT = (
@@ -74,7 +74,7 @@ def in_letters(word: np.ndarray) -> str:
 def schedule(config: Config, n_patterns: int) -> list[tuple[int, int]]:
     """Number of disks of every pattern in each round, and of patterns in it at most."""
     kept, most = config.patterns.kept, config.mistuning.samples
-    rounds = [(min(FIRST, most), n_patterns)]
+    rounds = [(min(FIRST_DISKS, most), n_patterns)]
     while rounds[-1][0] < most:
         n, n_left = rounds[-1]
         rounds.append((min(2 * n, most), max(kept, -(-n_left // 2))))
@@ -184,6 +184,10 @@ class PatternStudy(Trials):
         contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
         return Cost(contact, disks=n_linear(config, n_patterns) + contact)
 
+    def parts(self, file: ResultFile) -> np.ndarray:
+        """Status of all disks of the linear analysis, and in contact."""
+        return np.hstack([file.read("status"), file.read("contact_status")])
+
     def next_round(self, file: ResultFile) -> Round:
         """Pending disks of the next round of linear analyses; at the end, those in contact."""
         rounds = Rounds(file)
@@ -191,7 +195,7 @@ class PatternStudy(Trials):
         known["types"] = rounds.words
         if rounds.missing is None:
             tasks = rounds.missing_in_contact()
-            n_all = int(np.count_nonzero(rounds.status)) + len(tasks)
+            n_all = int(np.count_nonzero(self.parts(file))) + len(tasks)
             how = "disks in contact", "contact_status"
             return Round(tasks, known, n_all, *how, told=rounds.words)
         here, n = rounds.missing

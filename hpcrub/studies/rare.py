@@ -18,7 +18,7 @@ from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed
 from hpcrub.studies.contact.limits import percent
 from hpcrub.studies.contact.trials import Case, Trials, beyond, limit_problems, table
 
-FIRST = 100  # disks of the first estimate
+FIRST_DISKS = 100  # disks of the first estimate
 GROWTH = 1.3  # factor on the number of disks from one estimate to the next
 SUPPOSED = 1e-3  # probability that is assumed before anything is known
 ESTIMATE = "probability", "probability_low", "probability_high"
@@ -134,7 +134,7 @@ class Rare(Trials):
 
 def numbers(config: Config) -> np.ndarray:
     """Numbers of disks after which there is an estimate, increasing (E,)."""
-    most, n_disks = config.mistuning.samples, [min(FIRST, config.mistuning.samples)]
+    most, n_disks = config.mistuning.samples, [min(FIRST_DISKS, config.mistuning.samples)]
     while n_disks[-1] < most:
         n_disks.append(min(int(np.ceil(GROWTH * n_disks[-1])), most))
     return np.array(n_disks)

@@ -33,7 +33,7 @@ NEVER_KEYS = (
 )
 LOOKS = 1.5  # values per bisection that need as many disks as the target asks for
 CLOSE = 2  # values so close to the crossing that they need all disks
-NUMBERS = re.compile(r"\d[\d., ]*(e[-+]?\d+)?")  # in a warning
+NUMBERS_IN_TEXT = re.compile(r"\d[\d., ]*(e[-+]?\d+)?")  # in a warning
 _V = ("value",)
 LAYOUT = (
     Dataset("value", _V, "1", "values of the key, in its own unit"),
@@ -99,7 +99,7 @@ class Threshold(Trials):
         for value in map(float, config.threshold.values[[0, -1]]):
             here = at_value(config, value)
             for line in super().warnings(here, build_problem(here)):
-                found.setdefault(NUMBERS.sub("#", line), []).append((value, line))
+                found.setdefault(NUMBERS_IN_TEXT.sub("#", line), []).append((value, line))
         for (value, line), *others in found.values():
             if (line,) == tuple(other for _, other in others):
                 yield line
@@ -221,7 +221,10 @@ def answer(file: ResultFile) -> str:
         return f"{what} at no value of {asked.key} that is known yet"
     words = "below" if sides[0] < 0 else "above"
     ends = f"{asked.lowest:g} and {asked.highest:g}"
-    return f"{what} nowhere: it is {words} that at {asked.key} = {ends}, and where it was looked at"
+    return (
+        f"{what} at no value: at {asked.key} = {ends}, and at the values computed between them, it "
+        f"is {words} that"
+    )
 
 
 STUDY = Threshold()

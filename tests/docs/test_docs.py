@@ -75,7 +75,7 @@ def test_tests_that_pages_name_are_there():
 
 
 def test_the_path_of_a_number_leads_to_an_amplitude():
-    (block,) = code("architecture.md", "python")
+    block, *_ = code("architecture.md", "python")
     names = {}
     exec(block, names)
     assert names["result"].amplitude.min() > names["config"].clearance

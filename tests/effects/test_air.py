@@ -7,7 +7,7 @@ from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_model
 from hpcrub.studies import open_result
 from hpcrub.studies.linear import STUDY as LINEAR
-from tests.program import contents, load, run_here
+from tests.program import computed, contents, load
 
 STUDY = """\
 study: linear
@@ -24,11 +24,10 @@ mistuning: {half_range_percent: [1, 4], samples: 40}
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     folder = tmp_path_factory.mktemp("air")
-    (folder / "air.yaml").write_text(STUDY)
-    assert run_here("air.yaml", "--output", "air.h5", folder=folder) == 0
-    with open_result(folder / "air.h5") as file:
+    path = computed(folder, STUDY)
+    with open_result(path) as file:
         verdict = LINEAR.verdict(file)
-    return load(folder / "air.yaml"), contents(folder / "air.h5"), verdict
+    return load(folder / "study.yaml"), contents(path), verdict
 
 
 def test_disks_flutter_whose_dense_matrices_do(found):
@@ -72,16 +71,14 @@ def test_flutter_of_every_level_is_in_the_verdict(found):
     values = found[1]["aero/least_damping_ratio"]
     lost = np.count_nonzero(values <= 0.0, axis=1)
     words = [f"{n} of 40 at ±{level} %" for n, level in zip(lost, (1, 4), strict=True)]
-    lines = found[2]
+    lines = found[2].lines
     assert lines[0].startswith("not usable: the tuned disk flutters")
     assert ", ".join(words) in " ".join(lines)
 
 
 def test_a_modal_study_has_the_waves_of_the_tuned_disk(found, tmp_path, capsys):
-    (tmp_path / "modal.yaml").write_text(
-        "\n".join(["study: modal", *STUDY.splitlines()[1:6], "reduction: {n_modes: 24}"])
-    )
-    assert run_here("modal.yaml", "--output", "modal.h5", folder=tmp_path) == 0
+    text = "\n".join(["study: modal", *STUDY.splitlines()[1:6], "reduction: {n_modes: 24}"])
+    values = contents(computed(tmp_path, text))
     assert "least stable wave has 6 nodal diameters" in capsys.readouterr().out
     name = "aero/tuned_damping_ratio"
-    np.testing.assert_allclose(contents(tmp_path / "modal.h5")[name], found[1][name], atol=1e-9)
+    np.testing.assert_allclose(values[name], found[1][name], atol=1e-9)

@@ -14,7 +14,7 @@ from hpcrub.config.schema import load_runs
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, FLUTTER, NOT_STEADY, PERMANENT
 from hpcrub.errors import InputError
-from hpcrub.plot.amplifications import ABOVE, APART, BESIDE
+from hpcrub.plot.amplifications import CURVE_SHIFT, PERCENTILE_SHIFT, ROW_SHIFT
 from hpcrub.plot.families import finished, labels, ordered, reference
 from hpcrub.plot.responses import GREY
 from hpcrub.plot.style import BLACK, BLUE
@@ -46,7 +46,7 @@ def test_summary(random, n):
     np.testing.assert_allclose([edges(left, x) for x in speeds], np.transpose([low, high]))
     for name, side in zip(NAMES, (-1, 1), strict=True):
         levels = finished(file, name)
-        assert_percentiles(right, np.array([2.0, 4.0]) + side * BESIDE * 2.0, levels)
+        assert_percentiles(right, np.array([2.0, 4.0]) + side * CURVE_SHIFT * 2.0, levels)
     ticks = ["±2 %\nσ = 1.2 %", "±4 %\nσ = 2.3 %"]
     assert [text.get_text() for text in right.get_xticklabels()] == ticks
 
@@ -59,7 +59,8 @@ def test_summary_of_measured_disks_has_a_row_for_each(random):
     file.values["tuned/run_peaks_m"] = np.full(3, 0.013)
     left, right = plot.summary(file)
     contact, linear = (file.read(f"samples/{n}", 0) for n in measured.NAMES[:2])
-    assert_drawn(right, (contact, [1 - ABOVE, 2 - ABOVE]), (linear, [1 + ABOVE, 2 + ABOVE]))
+    rows = np.array([1, 2])
+    assert_drawn(right, (contact, rows - ROW_SHIFT), (linear, rows + ROW_SHIFT))
     assert [t.get_text() for t in right.get_yticklabels()] == ["disk 1", "disk 2"]
     speeds = file.read("speeds_hz")
     assert_drawn(left, *((speeds, 1e3 * file.read("samples/amplitude_m", (0, i))) for i in (0, 1)))
@@ -175,7 +176,7 @@ def test_disks_that_flutter_in_air_have_no_linear_amplification(random, n_left):
     linear[:, : 300 - n_left] = np.nan
     axes, x = plot.percentiles(file), 100 * file.read("sigma")
     if n_left:
-        assert_percentiles(axes, x + BESIDE * x.max(), linear[:, -n_left:], (0.0, 1.0))
+        assert_percentiles(axes, x + CURVE_SHIFT * x.max(), linear[:, -n_left:], (0.0, 1.0))
     rows = plot.percentiles([file, contact_file(random, TINY.replace("[2, 4]", "[4]"), (1, N))] * 4)
     assert rows.get_title() == "Amplifications at ±4 %"
     panels = plot.contact_over_linear(file)
@@ -198,7 +199,7 @@ def test_percentiles_over_sigma(random):
     x, axes = 100 * file.read("sigma"), plot.percentiles(file)
     for name, side in zip(NAMES, (-1, 1), strict=True):
         levels = finished(file, name)
-        assert_percentiles(axes, x + side * BESIDE * x.max(), levels, (0.0, 1.0))
+        assert_percentiles(axes, x + side * CURVE_SHIFT * x.max(), levels, (0.0, 1.0))
     assert "39 samples" in axes.get_title()
     assert "open end: too few samples" in words(axes)
 
@@ -210,9 +211,10 @@ def test_percentiles_of_one_level_are_rows(random):
     files = [contact_file(random, text + law, (1, N)) for law in laws]
     axes = plot.percentiles(files)
     for row, file in enumerate(files[::-1]):
-        for name, height in zip(NAMES, (row - ABOVE, row + ABOVE), strict=True):
+        for name, height in zip(NAMES, (row - ROW_SHIFT, row + ROW_SHIFT), strict=True):
             found = np.percentile(done(file, f"samples/{name}", 0), [1, 50, 99])
-            heights = height + APART * np.array([-1, 0, 1])  # so that no interval hides another
+            # so that no interval hides another
+            heights = height + PERCENTILE_SHIFT * np.array([-1, 0, 1])
             assert_drawn(axes, *zip(found, heights, strict=True))
     reference = np.percentile(done(files[1], "samples/amplification", 0), 50)
     assert_drawn(axes, ([reference] * 2, [0, 1]))

@@ -15,6 +15,7 @@ from hpcrub.results import model_file
 from tests.program import (
     BLISK,
     TINY,
+    computed,
     datasets,
     end_of_log,
     error_lines,
@@ -37,7 +38,7 @@ SPATIAL = (  # in air, in a casing that vibrates
     BLISK.replace("growth_time_s", f"{RING}, growth_time_s")
     + """\
 contact: {law: abradable, coating: {yield_mpa: 0.5, tip_area_mm2: 400}}
-mistuning: {half_range_percent: [2, 4], samples: 4, tuned_runs: 3}
+mistuning: {half_range_percent: [2, 4], samples: 2, tuned_runs: 3}
 convergence: {step: 1}
 aero: {influence: [{blades: 0, damping_ratio: 0.005}, {blades: 1, damping_ratio: 0.001}]}
 """
@@ -159,15 +160,13 @@ def spatial(tmp_path_factory):
     model_file.write(folder / "sector.h5", sector_arrays(lean=0.6))
     folder, found = on_one_rank(folder, SPATIAL)
     depths = np.frombuffer(found["samples/worn_depth_m"])
-    assert len(set(depths)) > 12  # of 3 speeds and 8 samples
+    assert len(set(depths)) > 6  # of 3 speeds and 4 samples
     assert depths.max() > 1e-6
     return folder, found
 
 
 def on_one_rank(folder, text):
-    (folder / "study.yaml").write_text(text)
-    assert run_here("study.yaml", "--output", "serial.h5", folder=folder) == 0
-    return folder, datasets(folder / "serial.h5")
+    return folder, datasets(computed(folder, text, output="serial.h5"))
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ def fake_costs(n=5, most=6):
     """Costs of samples that take about a second, parts a bit more than their share."""
     whole = np.linspace(0.8, 1.2, n)
     parts = [{k: [seconds / k + 0.05] * k for k in range(2, most + 1)} for seconds in whole]
-    return Costs(whole, parts, np.full(3, 5e-3), whole / 10, 1e-3)
+    return Costs(whole, parts, whole / 10, 1e-3)
 
 
 MACHINE = simulate.Machine(receive=3e-5, send=1e-5, finish=2e-3)

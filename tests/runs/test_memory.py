@@ -50,5 +50,6 @@ def test_a_history_takes_no_more_memory_than_is_told(monkeypatch):
     assert 0.5 < (took[2] - took[1]) / (told[2] - told[1]) < 1.0
 
 
-def test_the_paper_fits_a_laptop(laptop):
-    memory.check(studies.run_of(load(ROOT / "inputs" / "paper_nd4.yaml")))
+def test_the_paper_fits_a_laptop():
+    run = studies.run_of(load(ROOT / "inputs" / "paper_nd4.yaml"))
+    assert 1e8 < memory.estimate(run) < 4e9

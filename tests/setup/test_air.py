@@ -41,9 +41,9 @@ def test_waves_of_a_table_are_in_the_order_of_their_way_around(tmp_path):
     ("keys", "message"),
     [
         (waves(diameters=7), "7 nodal diameters; 12 blades have 6 at most"),
-        (waves(travels="neither"), "1 nodal diameters travel forward or backward"),
+        (waves(travels="neither"), "1 nodal diameters travel: forward or backward"),
         (waves(travels="backward"), "1 nodal diameters, travels: backward, is given twice"),
-        (waves(diameters=0), "0 nodal diameters travel neither way, not forward"),
+        (waves(diameters=0), "0 nodal diameters travel: neither, not forward"),
         ({"waves": waves()["waves"][:-1]}, "11 waves given, 12 blades have 12; 1 nodal diameters, "
          "travels: backward, is missing"),
         ({"influence": [{"blades": 1}, {"blades": -11}]}, "1 blades ahead is given twice"),

@@ -13,7 +13,7 @@ from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from inputs.spring_law import Spring
-from tests.program import ROOT, TINY, contents, datasets, load, run_here, run_on
+from tests.program import ROOT, TINY, computed, contents, datasets, load, run_here, run_on
 from tests.studies.common import refused_study
 
 TEXT = f'{TINY}contact: {{own_law: "spring.py:Spring", friction: 0}}\n'
@@ -30,10 +30,9 @@ WRONG = {
 def folder(tmp_path_factory):
     """Folder with an input, its law and the results of one rank."""
     folder = tmp_path_factory.mktemp("own_law")
-    (folder / "study.yaml").write_text(TEXT)
     (folder / "spring.py").write_text((ROOT / "inputs/spring_law.py").read_text("utf-8"))
     (folder / "broken.py").write_text("1 / 0\n")
-    assert run_here("study.yaml", "--output", "one.h5", folder=folder) == 0
+    computed(folder, TEXT)
     return folder
 
 

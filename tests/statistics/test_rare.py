@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import expon, weibull_max
 
 from hpcrub.statistics.percentiles import Z_95, probability_interval
-from hpcrub.statistics.rare import MOST, Goal, extrapolated, n_needed
+from hpcrub.statistics.rare import MOST_DISKS, Goal, extrapolated, n_needed
 
 N = (100 * 1.3 ** np.arange(28)).astype(int)  # disks of all estimates, up to 100,000
 
@@ -25,7 +25,7 @@ def test_the_numbers_of_disks_are_those_of_the_formulas():
 
 
 def test_no_number_of_disks_tells_what_cannot_be_told():
-    assert n_needed(Goal(0.1, None), 0.0) == pytest.approx(MOST, rel=1e-9)
+    assert n_needed(Goal(0.1, None), 0.0) == pytest.approx(MOST_DISKS, rel=1e-9)
     assert n_needed(Goal(None, 0.01), 0.01) > 1e9
 
 

@@ -9,7 +9,7 @@ from hpcrub.results.verdict import Verdict
 from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.studies import open_result
 from hpcrub.studies.checklist import CHANGES, STUDY, moved
-from tests.program import TINY, contents, load, run_here, run_on, swept
+from tests.program import TINY, computed, contents, load, run_on, swept
 
 TEXT = TINY + "study: checklist\nchecklist: {disks: 2}\n"
 NUMBER = {change.what: number for number, change in enumerate(CHANGES)}
@@ -18,9 +18,7 @@ NUMBER = {change.what: number for number, change in enumerate(CHANGES)}
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     folder = tmp_path_factory.mktemp("checklist")
-    (folder / "study.yaml").write_text(TEXT)
-    assert run_here("study.yaml", "--output", "one.h5", folder=folder) == 0
-    return folder, contents(folder / "one.h5")["peak_amplitude_m"]
+    return folder, contents(computed(folder, TEXT))["peak_amplitude_m"]
 
 
 @pytest.mark.parametrize(

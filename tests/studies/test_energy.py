@@ -29,7 +29,7 @@ from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact.study import require_complete
 from tests.plot.stored import File
-from tests.program import TINY, error_lines, run_here, whole
+from tests.program import TINY, computed, error_lines, whole
 
 
 def test_a_source_may_have_keys_of_other_studies():
@@ -44,11 +44,8 @@ def test_a_source_may_have_keys_of_other_studies():
 @pytest.fixture(scope="module")
 def origin(tmp_path_factory):
     """A contact study of 6 samples on two levels."""
-    path = tmp_path_factory.mktemp("origin") / "source.h5"
     text = TINY.replace("samples: 2", "samples: 6").replace("step: 1", "step: 2")
-    path.with_suffix(".yaml").write_text(text)
-    assert run_here(path.with_suffix(".yaml"), "--output", path) == 0
-    return path
+    return computed(tmp_path_factory.mktemp("origin"), text, output="source.h5")
 
 
 @pytest.fixture

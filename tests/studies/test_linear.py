@@ -9,7 +9,7 @@ from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.results import model_file
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.imported import resolved
-from tests.program import contents, load, run_here
+from tests.program import computed, contents, load
 
 RATIO, TOP = 0.004, 2 * np.pi * 500.0
 STUDY = """\
@@ -66,10 +66,9 @@ def peak(small, blades, order):
 def test_amplifications_are_those_of_the_matrices_of_every_speed(spun, speeds, monkeypatch):
     """Whatever the speeds say, which a linear study does not use."""
     folder, small = spun
-    (folder / "linear.yaml").write_text(STUDY + speeds)
-    assert run_here("linear.yaml", "--output", "x.h5", "--overwrite", folder=folder) == 0
+    found = contents(computed(folder, STUDY + speeds, "--overwrite"))["amplification"][0]
     monkeypatch.chdir(folder)
-    config, found = resolved(load("linear.yaml")), contents(folder / "x.h5")["amplification"][0]
+    config = resolved(load("study.yaml"))
     for row, order in enumerate(config.linear.n_diameters):
         tuned = peak(small, np.zeros(len(small.blade_stiffness)), order)
         expected = peak(small, deviation(config, 0, 0), order) / tuned

@@ -13,7 +13,7 @@ from hpcrub.config.schema import Config
 from hpcrub.results import model_file
 from hpcrub.setup import imported
 from hpcrub.studies import open_result, run_of
-from tests.program import refusal, run_here
+from tests.program import computed, refusal, run_here
 
 FIRST_HZ = 9980.921  # of 20 elements; of the rod itself, sqrt(E/rho) / 4 L, it is 9978.36 Hz
 BRIEF = """\
@@ -44,9 +44,7 @@ def read(text):
 
 
 def run(folder, study, *options):
-    (folder / "study.yaml").write_text(f"study: {study}\n" + BRIEF)
-    assert run_here("study.yaml", "--output", f"{study}.h5", *options, folder=folder) == 0
-    return open_result(folder / f"{study}.h5")
+    return open_result(computed(folder, f"study: {study}\n{BRIEF}", "--overwrite", *options))
 
 
 def test_history_of_a_rod_has_the_published_displacement(folder):

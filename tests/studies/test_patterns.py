@@ -17,7 +17,7 @@ from hpcrub.studies import open_result
 from hpcrub.studies.patterns import STUDY as PATTERNS
 from hpcrub.studies.patterns import Rounds, in_letters
 from tests.plot.drawn import lines
-from tests.program import TINY, contents, datasets, load, run_here, run_on, swept
+from tests.program import TINY, computed, contents, datasets, load, run_here, run_on, swept
 from tests.studies.common import assert_two_ranks_give, refused_study
 
 N = 256
@@ -41,10 +41,9 @@ REFUSED = {
 def found(tmp_path_factory):
     """Folder with the results, and the amplifications of all disks with every pattern."""
     folder = tmp_path_factory.mktemp("patterns")
-    (folder / "study.yaml").write_text(TEXT)
-    assert run_here("study.yaml", "--output", "one.h5", folder=folder) == 0
+    words = contents(computed(folder, TEXT))["types"]
     config = load(folder / "study.yaml")
-    problem, words = build_problem(config), contents(folder / "one.h5")["types"]
+    problem = build_problem(config)
 
     def size(own):
         modes = modes_of(config, problem, own)
@@ -153,9 +152,7 @@ def test_where_the_tuned_disk_flutters_patterns_have_amplitudes_and_say_so(
 ):
     base = TEXT.replace("contact_samples: 2", "contact_samples: 0")
     base = "".join(line for line in base.splitlines(True) if not line.startswith("mistuning"))
-    (tmp_path / "air.yaml").write_text(base + AIR % own)
-    assert run_here("air.yaml", "--output", "air.h5", folder=tmp_path) == 0
-    out, here = capsys.readouterr().out, contents(tmp_path / "air.h5")
+    here, out = contents(computed(tmp_path, base + AIR % own)), capsys.readouterr().out
     flutter = here["least_damping_ratio"] <= 0.0
     seen = np.isfinite(here["least_damping_ratio"])
     assert flutter[0].all()
@@ -164,7 +161,7 @@ def test_where_the_tuned_disk_flutters_patterns_have_amplitudes_and_say_so(
     assert "without a pattern infinite (flutter)" in out
     assert ("disks of the best pattern flutter" in out) != stays
     assert ("Verdict: not usable: 64 of 64 disks" in out) != stays
-    with ResultFile(tmp_path / "air.h5") as file:
+    with ResultFile(tmp_path / "one.h5") as file:
         known, left = here["percentile"], Rounds(file).left
         triangles = [line for line in lines(plot.patterns(file)[1]) if len(line) == 1][1::2]
     np.testing.assert_array_equal(np.array(triangles)[:, 0, 0], known[[*left, 0]])

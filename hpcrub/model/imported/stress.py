@@ -4,6 +4,8 @@ The stress at a point of an element is linear in the displacements of the elemen
 squares fit to displacements and stresses of some modes gives this function for any element type.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import eigh
@@ -46,7 +48,7 @@ def fitted(moved: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def rows(
-    elements: list[tuple[np.ndarray, np.ndarray, np.ndarray]], dof: np.ndarray, n_nodes: int
+    elements: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]], dof: np.ndarray, n_nodes: int
 ) -> sp.csr_array:
     """Six rows of stress for each point, on the rows of a model.
 

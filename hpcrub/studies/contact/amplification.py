@@ -142,7 +142,8 @@ def _joined(parts):
     """Join {p: SweepResult} of n parts to one; None where the parts are None."""
     if parts[0] is None:
         return None
-    whole = SweepResult.empty(*parts[0].wear.around.shape[:2], parts[0].observed)
+    n, n_strips = parts[0].wear.around.shape[:2]
+    whole = SweepResult.empty(n, n_strips, parts[0].observed)
     for first, part in parts.items():
         whole.take(slice(first, None, len(parts)), part)
     return replace(whole, n_steps=sum(part.n_steps for part in parts.values()))

@@ -94,7 +94,7 @@ def _survey(out, paths, samples):
     that do not belong together.
     """
     config = tuned = tuned_path = None
-    origin, warned = defaultdict(set), {}
+    origin, warned = defaultdict[str, set](set), dict[str, None]()
     for path in paths:
         with open_contact(path) as part:
             mine, part_tuned = _whole_config(part, out, samples), contact_file.read_tuned(part)

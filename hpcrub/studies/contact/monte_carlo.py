@@ -113,13 +113,13 @@ class MonteCarlo(Job):
         self.reference = amplification.reference_of(self.file, self.prepared)
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
-        n_pending = np.count_nonzero(self.status == PENDING)
+        n_pending = int(np.count_nonzero(self.status == PENDING))
         if self._is_useless() or self._is_enough():
             n_pending = 0
         n_runs, most = 0 if self.reference else len(self.runs), most_parts(len(self.speeds_hz))
         cut = n_parts(n_runs, self.team.size, most)
         runs = [TunedPart(run, part, cut) for run in range(n_runs) for part in range(cut)]
-        self.tasks = ContactTasks(runs, self._pending(), int(n_pending), most)
+        self.tasks = ContactTasks(runs, self._pending(), n_pending, most)
         if self.progress and self.reference:
             self.progress.start(self.status)
         return self.reference, len(self.tasks)
@@ -142,9 +142,10 @@ class MonteCarlo(Job):
         A sample without a usable reference is not written, and None is returned.
         """
         if isinstance(task, TunedPart):
-            modes, scene = amplification.tuned_run(self.config, self.prepared, task.run)
-            return self._integrate(modes, scene, task, poll, is_checked=task.run == 0)
-        blades, modes = deviation(self.config, task.level, task.sample), None
+            tuned, scene = amplification.tuned_run(self.config, self.prepared, task.run)
+            return self._integrate(tuned, scene, task, poll, is_checked=task.run == 0)
+        blades = deviation(self.config, task.level, task.sample)
+        modes: Any = None
         response = task.response
         try:
             modes = modes_of(self.config, self.prepared, blades)
@@ -166,7 +167,7 @@ class MonteCarlo(Job):
     def _integrate(self, modes, scene, task, poll, is_checked):
         start, half = time.perf_counter(), None
         part = range(task.part, len(self.speeds_hz), task.n_parts)
-        how = {"selection": part, "observers": self.observers}
+        how: dict[str, Any] = {"selection": part, "observers": self.observers}
         result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, **how)
         if is_checked and self.config.mistuning.checked_samples:
             finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)

@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from hpcrub import __version__
 from hpcrub.__main__ import main as program
 from hpcrub.commands import merge
 from hpcrub.config import parts
@@ -192,7 +193,7 @@ def test_resume_refuses_what_another_program_has_begun(folder, capfd, another_pr
     assert merge.main(["whole.h5", THREE[0], THREE[2]]) == 0
     assert run_here("study.yaml", "--resume") == 2
     (line,) = error_lines(capfd.readouterr().err)
-    assert "was begun by another program: hpcrub 0.1.0 (revision " in line
+    assert f"was begun by another program: hpcrub {__version__} (revision " in line
     assert "--allow-mixed" in line
     assert run_here("study.yaml", "--status") == 75  # reading never refuses
     before = programs_of("whole.h5")

@@ -3,6 +3,7 @@
 import re
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -129,7 +130,7 @@ def _printed(path, elements, number):
 
 def _modes(lines):
     """Yield displacements (nodes, 4) and stresses (points, 8) mode by mode."""
-    blocks = [("", [])]
+    blocks: list[tuple[str, list[Any]]] = [("", [])]
     for words in filter(None, map(str.split, lines)):
         if words[0].isdigit():
             blocks[-1][1].append(words)
