@@ -152,7 +152,7 @@ def _add_stresses(arrays, options):
             '"mm t s" for MPa and MPa per mm, "m kg s" for Pa and Pa per m'
         )
     there = Arrays(arrays)
-    own = np.array(neutral.units(options.units or there.text("units", neutral.SI)))
+    own = np.array(neutral.units(options.units or there.word("units", default=neutral.SI)))
     length, mass, time = neutral.units(options.table_units, "--table-units") / own
     unit = mass / (length * time**2)
     if options.stress:

@@ -64,17 +64,13 @@ class Arrays:
             raise InputError(f"{name}: this array is missing")
         return np.asarray(self.left.pop(name, default))
 
-    def text(self, name: str, default: str | None = None) -> str:
-        """Take one word."""
+    def word(self, name: str, allowed: tuple[str, ...] = (), default: str | None = None) -> str:
+        """Take one word, of the allowed ones if any are given."""
         value = self._take(name, default)
         if value.size != 1:
             raise InputError(f"{name}: one word is expected")
-        return str(value.item())
-
-    def word(self, name: str, allowed: tuple[str, ...], default: str | None = None) -> str:
-        """Take one of the allowed words."""
-        text = self.text(name, default)
-        if text not in allowed:
+        text = str(value.item())
+        if allowed and text not in allowed:
             raise InputError(f'{name}: "{text}" is none of {", ".join(allowed)}')
         return text
 

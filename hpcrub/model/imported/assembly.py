@@ -88,7 +88,7 @@ def assemble(model: NeutralModel) -> NeutralModel:
         dof=model.dof[free],
         fixed=NONE,
         blade_stiffness=None if blade is None else of_free(blade),
-        stress=model.stress[:, free] if len(model.stress_blade) else np.zeros((0, len(free))),
+        stress=model.stress[:, free],
     )
     contact_rows(disk)  # refuses contact nodes without rows
     return disk if blade is None else disk._replace(row_blade=blade_of_rows(disk))

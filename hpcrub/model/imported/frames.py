@@ -41,7 +41,7 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
     part = model.participation
     return model._replace(
         participation=None if part is None else np.stack([one @ T for one in part]),
-        stress=model.stress @ T if len(model.stress_blade) else model.stress,
+        stress=model.stress @ T,
         frame="cylindrical",
         mass=turned(model.mass),
         stiffness=tuple(map(turned, model.stiffness)),

@@ -24,7 +24,7 @@ POLYNOMIAL = "K0", "K1", "K2"
 AT_SPEEDS = "K_at_1", "K_at_2", "K_at_3"
 ROTATIONS = 4, 5, 6  # directions that are angles
 UNIT = 1e-6  # largest error in the length of a unit vector
-NONE, NO_FACES, NO_STRESS = np.zeros(0, int), np.zeros((0, 4), int), np.zeros((0, 0))
+NONE, NO_FACES = np.zeros(0, int), np.zeros((0, 4), int)
 
 
 class NeutralModel(NamedTuple):
@@ -36,6 +36,7 @@ class NeutralModel(NamedTuple):
     nodes: np.ndarray  # (n_nodes, 3) x, y, z [m]; NaN for nodes without a place
     dof: np.ndarray  # (n, 2) node and direction of every row: 1-3, rotations 4-6, other 0
     frame: str  # frame of the directions 1-6: one of FRAMES
+    stress: Any  # (R, n) stress at R places [Pa per coordinate]; sparse unless reduced
     contact_node: np.ndarray  # (C,) nodes that may touch the casing; of kind sector: its own
     contact_blade: np.ndarray  # (C,) blade of each contact node, from 0
     contact_clearance: np.ndarray  # (C,) added to the casing's clearance [m]
@@ -48,7 +49,6 @@ class NeutralModel(NamedTuple):
     surface: np.ndarray = NO_FACES  # (F, 4) nodes of faces to draw
     blade_frequencies: Any = None  # reduced: (N, c) of every blade alone, root held [Hz]
     participation: Any = None  # (N, c, n) modes of every blade per unit coordinate [sqrt(kg)]
-    stress: Any = NO_STRESS  # (R, n) stress at R places [Pa per coordinate]; sparse unless reduced
     stress_blade: np.ndarray = NONE  # (R,) blade of each place
     stress_static: np.ndarray = np.zeros(0)  # (R,) stress by the rotation [Pa]; (0,): not known
     speeds: np.ndarray = np.zeros(0)  # between which K0, K1, K2 are known [Hz]; (0,): anywhere
@@ -114,7 +114,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         raise InputError(f"hpcrub_model: version {version} is not {VERSION}")
     kind = left.word("kind", MODEL_KINDS)
     frame = left.word("frame", FRAMES, default=FRAMES[0])
-    length, mass, time = units(left.text("units", SI))
+    length, mass, time = units(left.word("units", default=SI))
     flip = _flip(left.number("turns", default=1))
     dof = left.integers("dof", 2)
     n = len(dof)
@@ -357,7 +357,7 @@ def _blade_modes(left, n, scale):
 
 def _stress(left, kind, n, scale, unit):
     if not left.has("stress"):
-        return {}
+        return {"stress": np.zeros((0, n)) if kind == "reduced" else sp.csr_array((0, n))}
     blade = left.integers("stress_blade")
     stress = left.matrix("stress", len(blade), n) @ sp.diags_array(scale * unit)
     if kind == "reduced" and sp.issparse(stress):
