@@ -3,7 +3,7 @@
 import numpy as np
 
 from hpcrub.effects.effect import Change, Effect, Quantity, Spread, largest, times
-from hpcrub.results.verdict import REMARK, Finding
+from hpcrub.results.verdict import SINGLE, Finding
 
 
 class Offset(Effect):
@@ -32,4 +32,4 @@ class Offset(Effect):
             yield f"tuned offset {1e3 * results.read('tuned/offset_m').max():.4g} mm"
 
     def findings(self, results):
-        yield Finding(REMARK, "an offset", "the tips have an offset")
+        yield Finding(SINGLE, "an offset", "the tips have an offset")
