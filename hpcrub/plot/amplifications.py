@@ -236,10 +236,7 @@ def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
     axes = _draw(canvas, files, "convergence_error", 100.0, MIN_VALUES)
     for file, row in zip(files, axes, strict=True):
         for panel in row:
-            for line in panel.get_lines():  # an error of 0, of equal estimates, has no logarithm
-                line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
-            target = 100 * file.config.convergence.target_error
-            panel.axhline(target, label="target", **DOTTED)
+            panel.axhline(100 * file.config.convergence.target_error, label="target", **DOTTED)
             panel.set_yscale("log")
             panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             panel.yaxis.set_major_formatter("{x:g}")
@@ -264,6 +261,7 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
         values[..., : least - 1] = np.nan
         seen = file.read(layout.SAMPLES_SEEN)
         _limit(row[0], file, seen[np.isfinite(values).any(axis=(0, 1))], least)
+        values[values <= 0.0] = np.nan  # an error of 0, of equal estimates, has no logarithm
         for panel, percentile in zip(row, shown, strict=True):
             panel.set_title(f"{label}: percentile {percentile:g}", fontsize=11)
             if percentile not in at:
