@@ -17,8 +17,8 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, reference
-from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, marker, shades
+from hpcrub.plot.families import finished, labels, level_colours, reference
+from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, marker
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence, finite, with_interval
 from hpcrub.studies.contact import layout, measured
@@ -170,18 +170,17 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
         x, tuned, spread, fmt="s", color=BLACK, ms=7, elinewidth=1.2, capsize=3,
         label="tuned disk, range of its perturbed runs",
     )  # fmt: skip
-    sigmas = list(np.unique(np.concatenate([file.read("sigma") for file in files])))
-    colours = shades(len(sigmas))
+    colours = level_colours(files)
     for i, file in enumerate(files):
         peaks = finished(file, "peak_amplitude_m")
         for sigma, values in zip(file.read("sigma"), peaks, strict=True):
             if not len(values):
                 continue
-            level, label = sigmas.index(sigma), f"percentile 99, σ = {100 * sigma:.1f} %"
+            level, label = list(colours).index(sigma), f"percentile 99, σ = {100 * sigma:.1f} %"
             place, interval = i + 0.06 * (level + 1), with_interval(1e3 * values, [99])
-            look: dict[str, Any] = {"color": colours[level], "label": label}
+            look: dict[str, Any] = {"color": colours[sigma], "label": label}
             axes.plot(place, interval[0], marker(level), ms=7, **look)
-            intervals.draw(axes, place, interval, colours[level])
+            intervals.draw(axes, place, interval, colours[sigma])
     axes.set_xticks(x, names)
     axes.set_xlim(-0.5, len(files) - 0.5)  # the places of a file's levels stay beside its name
     axes.set(ylabel=quantity, title=f"Largest of all speeds, {samples(files)} per level")
@@ -237,10 +236,7 @@ def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
     axes = _draw(canvas, files, "convergence_error", 100.0, MIN_VALUES)
     for file, row in zip(files, axes, strict=True):
         for panel in row:
-            for line in panel.get_lines():  # an error of 0, of equal estimates, has no logarithm
-                line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
-            target = 100 * file.config.convergence.target_error
-            panel.axhline(target, label="target", **DOTTED)
+            panel.axhline(100 * file.config.convergence.target_error, label="target", **DOTTED)
             panel.set_yscale("log")
             panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             panel.yaxis.set_major_formatter("{x:g}")
@@ -256,8 +252,7 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
     Raises InputError when fewer than two estimates would be drawn.
     """
     shown = sorted({p for file in files for p in file.config.convergence.percentiles})
-    sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
-    colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
+    colours = level_colours(files)
     size = (max(6.0, 4.0 * len(shown)), 2.9 * len(files) + 1.0)
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
     for file, row, label in zip(files, axes, labels(files), strict=True):
@@ -266,6 +261,7 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
         values[..., : least - 1] = np.nan
         seen = file.read(layout.SAMPLES_SEEN)
         _limit(row[0], file, seen[np.isfinite(values).any(axis=(0, 1))], least)
+        values[values <= 0.0] = np.nan  # an error of 0, of equal estimates, has no logarithm
         for panel, percentile in zip(row, shown, strict=True):
             panel.set_title(f"{label}: percentile {percentile:g}", fontsize=11)
             if percentile not in at:

@@ -10,6 +10,7 @@ from matplotlib.ticker import EngFormatter
 from hpcrub.config.schema import PROFILE, Config
 from hpcrub.config.text import counted, is_table, key_table, show
 from hpcrub.config.types import without_suffix
+from hpcrub.plot.style import shades
 from hpcrub.results.layout import FAILED, PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import survey
@@ -23,6 +24,12 @@ FEW_KEYS = 3  # largest number of keys that are all named; of more keys, only un
 def finished(file: ResultFile, name: str) -> list[Any]:
     """Return the finite values of the finished samples of every level."""
     return [survey.finished(file, level, name) for level in file.config.levels]
+
+
+def level_colours(files: list[ResultFile]) -> dict[float, Any]:
+    """Return the colour of each mistuning level σ of files, the smallest first."""
+    sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
+    return dict(zip(sigmas, shades(len(sigmas)), strict=True))
 
 
 def lost_disks(files: list[ResultFile]) -> list[str]:

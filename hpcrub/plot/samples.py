@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from hpcrub.config.text import counted
 from hpcrub.effects.effect import peaks_of_disks
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import labels
+from hpcrub.plot.families import labels, level_colours
 from hpcrub.plot.intervals import LEVEL
-from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
+from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import pairs
@@ -107,18 +107,17 @@ def energy(canvas: Canvas, files: list[ResultFile]) -> None:
     axes = canvas.panels(1, len(values), (1.5 + 6.0 * len(values), 5.4))[0]
     words = labels(files) if len(files) > 1 else [files[0].config.casing.words]
     by_displacement = [file.read("amplification") for file in files]
-    levels = np.unique(np.concatenate([file.read("sigma") for file in files]))
-    looks = list(zip(levels, shades(len(levels)), strict=True))
+    colours = level_colours(files)
     for panel, (name, of_files) in zip(axes, values.items(), strict=True):
         for i, (file, y) in enumerate(zip(files, of_files, strict=True)):
             sigma = file.read("sigma")
             label = f"{words[i]}: the {len(y)} samples with the largest $A_{{nl}}$"
             panel.plot([], [], marker(i), color="0.4", label=label)
-            for level, colour in looks:
+            for level, colour in colours.items():
                 mine = by_displacement[i][sigma == level], y[sigma == level]
                 panel.plot(*mine, marker(i), color=colour, alpha=0.7, ms=7)
         panel.set(xlabel="$A_{nl}$ by displacement [-]", ylabel=name)
-    for level, colour in looks:
+    for level, colour in colours.items():
         axes[0].plot([], [], "s", color=colour, label=f"σ = {100 * level:.1f} %")
     left, right = axes[0].get_xlim()
     x = np.linspace(left, right, 100)

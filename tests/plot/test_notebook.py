@@ -116,7 +116,7 @@ def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis(random):
     file.values["statistics/samples_seen"] = np.arange(10, 130, 10)
     file.values["statistics/contact/convergence_error"] = errors
     panels = plot.convergence_errors(file)
-    drawn = [np.ma.filled(panel.get_lines()[0].get_ydata()[9:], -1.0) for panel in panels]
+    drawn = [np.nan_to_num(panel.get_lines()[0].get_ydata()[9:], nan=-1.0) for panel in panels]
     np.testing.assert_allclose(drawn, [[2.0, -1.0, 1.0], [-1.0, -1.0, 0.3], [5.0, 4.0, 3.0]])
     np.testing.assert_allclose(panels[0].get_lines()[-1].get_ydata(), 0.5)
     assert "target" in words(panels[0])

@@ -41,7 +41,7 @@ REFUSED = {
     "threshold.lowest=-1": "casing.clearance_mm",
     "threshold.key=casing.n_bumps": "casing.n_bumps",
     "threshold.key=mistuning.tuned_runs": "mistuning.tuned_runs changes no disk",
-    "casing.clearance_hz_mm=[[30, 0.3], [40, 0.2]]": "clearance_hz_mm is in its place",
+    "casing.clearance_hz_mm=[[30, 0.3], [40, 0.2]]": "it cannot be combined with casing.clear",
     "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 1024",
 }
 
