@@ -6,7 +6,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from hpcrub import __version__
 from hpcrub.errors import InputError, flush
@@ -31,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         flush()  # at Python's end nobody could handle a reader that has left, or a full disk
 
 
-def _command(argv):
+def _command(argv: Sequence[str] | None) -> Any:
     if argv is None:  # the process is the program's own, and so are all its signals
         parallel.listen()  # before the libraries of a command are loaded, which takes a second
         if not sys.warnoptions:  # `python -W default` shows the warnings of libraries

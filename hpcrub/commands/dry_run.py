@@ -8,7 +8,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from hpcrub.config.schema import PROFILE
+from hpcrub.config.schema import PROFILE, Config
 from hpcrub.config.text import counted, is_table, show
 from hpcrub.contact import status
 from hpcrub.effects import casing_waves
@@ -22,7 +22,7 @@ from hpcrub.runs import cost, memory, result_files
 from hpcrub.runs.execution import Existing, examine, examine_all
 from hpcrub.runs.study import Run
 from hpcrub.runs.warmup import warm_up
-from hpcrub.setup.problem import build_problem
+from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies import open_result
 
 LONGEST_WORD = 48  # letters of the longest unbroken word, a key with its value, in a table of runs
@@ -44,7 +44,7 @@ def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
     say(f"\nall {counted(len(examined), 'run')}:          {_estimate(total, n_ranks)}")
 
 
-def _one(run, existing, n_ranks):
+def _one(run: Any, existing: Existing, n_ranks: int) -> Any:
     """Print what one study would compute and cost; returns its time on one core [s]."""
     study, config = run
     prepared, warnings = examine(run, existing)
@@ -67,7 +67,7 @@ def _one(run, existing, n_ranks):
     return seconds
 
 
-def _share_left(run, existing):
+def _share_left(run: Any, existing: Existing) -> Any:
     """Share of a study that its result file lacks; 1 without a file that is resumed."""
     if not existing.resume or not os.path.lexists(run.config.output):
         return 1.0
@@ -81,7 +81,7 @@ def _share_left(run, existing):
     return 1.0 - there
 
 
-def _try(run, problem):
+def _try(run: Any, problem: Problem) -> float:
     """Compute a small part of a study; returns the time of all of it on one core [s]."""
     study, config = run
     problem, inputs = problem or build_problem(config), study.tried(config)
@@ -110,7 +110,7 @@ def _try(run, problem):
     return float(np.mean(seconds))
 
 
-def _estimate(seconds, n_ranks):
+def _estimate(seconds: Any, n_ranks: int) -> str:
     ranks = counted(n_ranks, "rank")
     return f"{progress.duration(seconds / n_ranks)} on {ranks}, {seconds / 3600:,.3g} core hours"
 
@@ -136,7 +136,7 @@ def table(runs: Sequence[Run], outcomes: Sequence[float | HpcrubError]) -> Table
     return rows
 
 
-def _own_keys(runs, config):
+def _own_keys(runs: Any, config: Config) -> Any:
     """Text of the keys, with values, in which one of several runs differs from any other."""
     values = config.by_path()
     rows = [run.config.by_path() for run in runs]

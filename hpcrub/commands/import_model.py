@@ -124,7 +124,7 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     return model
 
 
-def _arrays(options):
+def _arrays(options: Any) -> Any:
     if options.format == "model":
         arrays = model_file.read(options.source)
         if options.stress or options.static:
@@ -144,7 +144,7 @@ def _arrays(options):
     return module.read(options.source, options.mesh, lists, *others)
 
 
-def _add_stresses(arrays, options):
+def _add_stresses(arrays: Any, options: Any) -> None:
     """Add tables of stress to the arrays of a model file, in the units of the file."""
     if not options.table_units:
         raise InputError(
@@ -168,12 +168,12 @@ def _add_stresses(arrays, options):
         arrays["stress_static"] = unit * values[:, 0]
 
 
-def _require_columns(path, values, n):
+def _require_columns(path: Any, values: Any, n: Any) -> None:
     if values.shape[1] != n:
         raise InputError(f"{path}: {values.shape[1]} columns, {n} are expected")
 
 
-def _speed(text):
+def _speed(text: str) -> tuple[float, Any]:
     speed, _, name = text.partition("=")
     try:
         return float(speed), name
@@ -211,7 +211,7 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
     return table[:, 0]
 
 
-def _crossing(pencil, order, known):
+def _crossing(pencil: Any, order: Any, known: Any) -> str:
     """Text of the speed at which an engine order meets the lowest mode of a stiffness and mass.
 
     known: speeds between which the stiffness is known [Hz].
@@ -221,7 +221,7 @@ def _crossing(pencil, order, known):
     return f"{speeds[0]:.4g}{_star(speeds[0], known)}" if len(speeds) else "never"
 
 
-def _star(speed, known):
+def _star(speed: Any, known: Any) -> Any:
     """Mark of a speed at which the stiffness is extrapolated from known speeds [Hz], if any are."""
     return "*" * bool(len(known) and not known.min() <= speed <= known.max())
 
@@ -264,7 +264,7 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
         yield from _between_speeds(model)
 
 
-def _of_tips(model, options):
+def _of_tips(model: Any, options: Any) -> str:
     """Largest stress of the first family, in words. Raises InputError for one of wrong units."""
     size = 1e-9 * stress.largest(model, 2 * np.pi * options.speed_hz)
     if not PER_TIP[0] <= size <= PER_TIP[1]:
@@ -275,7 +275,7 @@ def _of_tips(model, options):
     return f"largest stress of the modes of the first family: {size:.4g} MPa per mm of a tip"
 
 
-def _between_speeds(model):
+def _between_speeds(model: Any) -> Iterator[str]:
     """Warn where interpolating the matrices between speeds gives wrong frequencies."""
     error = 100 * cyclic.error_between(model, 2 * np.pi * model.speeds)
     if abs(error) > BETWEEN:
@@ -285,7 +285,7 @@ def _between_speeds(model):
         )
 
 
-def _rotation(model, options):
+def _rotation(model: Any, options: Any) -> Iterator[str]:
     source = "; the other way round than in the source, whose axes are x, -y, -z here"
     yield "rotation: counter-clockwise, seen from +z" + source * (options.turns == -1)
     lift = cyclic.friction_lift(model, 2 * np.pi * options.speed_hz)

@@ -80,7 +80,7 @@ def run(
     return Path(asked.output).expanduser()
 
 
-def _configuration(config):
+def _configuration(config: Any) -> Config:
     if isinstance(config, Config):
         return config
     if isinstance(config, Mapping):
@@ -91,7 +91,7 @@ def _configuration(config):
     return runs[0]
 
 
-def _call(command, quiet):
+def _call(command: Any, quiet: Any) -> None:
     """Run a command and print its output line by line. Raises HpcrubError when it fails."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     said = []

@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _is_report(path):
+def _is_report(path: Any) -> Any:
     with contextlib.suppress(OSError):  # a pipe would never end
         return os.path.isfile(path) and path.read_bytes().startswith(b"<!doctype html>")
     return False
@@ -74,7 +74,7 @@ def render(paths: Sequence[str]) -> str:
     )
 
 
-def _facts(path):
+def _facts(path: Any) -> dict[Any, Any]:
     """Return everything that the report says of one file, for the template."""
     with open_result(path) as file:
         study, config = run_of(file.config).study, file.config
@@ -109,7 +109,7 @@ def _facts(path):
         }
 
 
-def _omitted_effects(config):
+def _omitted_effects(config: Config) -> Iterator[Any]:
     """Yield sentences on effects that the model leaves out, unless a key switches them on."""
     contact, limits = config.contact, config.limits
     slope = config.casing.outline.slope / config.disk.tip_radius

@@ -154,7 +154,7 @@ def placed(config: Config) -> Config:
     return config.replace({"output": output, "sources": sources})
 
 
-def _parser():
+def _parser() -> Any:
     parser = Parser(
         prog="hpcrub run",
         description="Compute the study that an input file describes, and draw its figures.",

@@ -119,7 +119,7 @@ def pattern_problem(values: Any, deviation: np.ndarray, unit: str) -> str:
     return next(lines, "")
 
 
-def _misfits(config, table):
+def _misfits(config: Any, table: Any) -> Iterator[Any]:
     """Yield (key, its value, why) of keys that lack what they go with, by a table above."""
     changed = flatten(config.model_dump(mode="json", exclude_defaults=True))
     for other, keys in table.items():
@@ -131,7 +131,7 @@ def _misfits(config, table):
                 yield key, value, why
 
 
-def _missing(config, other):
+def _missing(config: Any, other: Any) -> str:
     """What an input lacks of the first part of a row in a table above, in words; "" for nothing."""
     names, _, values = other.partition(": ")
     keys = names.removeprefix("no ").split(" or ")
@@ -143,7 +143,7 @@ def _missing(config, other):
     return "" if given else f"goes with {names}, which is not given"
 
 
-def _disk_problems(c):
+def _disk_problems(c: Any) -> Iterator[Any]:
     d = c.disk
     for name in () if d.model_sha256 else d.FACTS:
         if (value := getattr(d, name)) != type(d).model_fields[name].default:
@@ -161,7 +161,7 @@ def _disk_problems(c):
     )  # fmt: skip
 
 
-def _damping_problems(m):
+def _damping_problems(m: Any) -> Iterator[str]:
     bands = m.damping_bands_hz or ()
     if m.damping_ratios is None or m.damping_of != "bands":
         return
@@ -174,7 +174,7 @@ def _damping_problems(m):
         yield f"material.damping_bands_hz: {show(bands)} are not increasing"
 
 
-def _casing_problems(c):
+def _casing_problems(c: Any) -> Iterator[str]:
     angles, changes = c.casing.profile_deg, c.casing.profile_mm
     if angles is None or changes is None:
         return
@@ -184,7 +184,7 @@ def _casing_problems(c):
         yield "casing.profile_deg: the angles are not increasing"
 
 
-def _clearance_problems(c):
+def _clearance_problems(c: Any) -> Iterator[str]:
     table, blades = c.casing.clearance_hz_mm, c.casing.blade_clearance_mm
     points = table if isinstance(table, tuple) else ()
     speeds = [speed for speed, _ in points]
@@ -217,12 +217,12 @@ def _clearance_problems(c):
             )
 
 
-def _can_be_listed(speeds):
+def _can_be_listed(speeds: Any) -> Any:
     """Whether there are speeds, and not too many; `_run_problems` says it of any others."""
     return speeds.from_hz <= speeds.to_hz and speeds.n_values <= MAX_SPEEDS
 
 
-def _steep_problems(c):
+def _steep_problems(c: Any) -> Iterator[str]:
     is_known = c.casing.is_resolved and _can_be_listed(c.speeds)
     if is_known and (steps := resolution.least_steps(c)) > MOST_STEPS:
         yield (
@@ -232,7 +232,7 @@ def _steep_problems(c):
         )
 
 
-def _ring_problems(casing):
+def _ring_problems(casing: Any) -> Iterator[Any]:
     ring, modes = casing.ring, casing.modes
     is_ring, waves = ring.thickness_mm is not None, ring.waves
     twice = sorted({n for n in waves if waves.count(n) > 1})
@@ -262,7 +262,7 @@ def _ring_problems(casing):
             )
 
 
-def _contact_problems(c):
+def _contact_problems(c: Any) -> Iterator[Any]:
     coating = c.contact.coating
     if not c.contact.wears:
         return
@@ -280,7 +280,7 @@ def _contact_problems(c):
     )  # fmt: skip
 
 
-def _limit_problems(c):
+def _limit_problems(c: Any) -> Iterator[str]:
     limits, disk = c.limits, c.disk
     known = disk.model is None or not disk.is_resolved or disk.n_stresses
     if limits.stress_mpa and not known and limits.stress_mpa_per_mm is None:
@@ -307,7 +307,7 @@ def _limit_problems(c):
         )
 
 
-def _run_problems(c):
+def _run_problems(c: Any) -> Iterator[Any]:
     s, steady, percentiles = c.speeds, c.steady_state, c.convergence.percentiles
     yield from lines_of(
         (c.output.lower().endswith(FIGURES_AND_LOGS),
@@ -332,7 +332,7 @@ def _run_problems(c):
     yield from _limit_problems(c)
 
 
-def _pattern_problems(c):
+def _pattern_problems(c: Any) -> Iterator[Any]:
     m = c.mistuning
     if m.pattern is None:
         yield from _law_problems(c)
@@ -353,7 +353,7 @@ def _pattern_problems(c):
         yield f"mistuning.half_range_percent: {show(m.half_range_percent)} {alone}"
 
 
-def _law_problems(c):
+def _law_problems(c: Any) -> Iterator[Any]:
     m = c.mistuning
     measured, beneath = m.measured_percent, m.intentional_percent or ()
     yield from lines_of(
@@ -368,7 +368,7 @@ def _law_problems(c):
     )  # fmt: skip
 
 
-def _part_problems(c):
+def _part_problems(c: Any) -> Iterator[Any]:
     samples = c.part.samples
     if samples is None:
         return

@@ -47,7 +47,7 @@ def expand(data: dict[str, Any], given: Sequence[str] = ()) -> list[dict[str, An
     return [_run(data, values) for values in replaced]
 
 
-def _run(data, replaced):
+def _run(data: Any, replaced: Any) -> Any:
     run = copy.deepcopy(data)
     if "output" not in replaced:
         label = "_".join(f"{key.rpartition('.')[2]}={_short(v)}" for key, v in replaced.items())
@@ -57,5 +57,5 @@ def _run(data, replaced):
     return run
 
 
-def _short(value):
+def _short(value: Any) -> Any:
     return show(value).strip("'").replace("/", "-").replace(" ", "")

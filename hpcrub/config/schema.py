@@ -64,7 +64,7 @@ class Config(Section):
             raise InputError(config_text.first_error(type(self), error)) from None
 
     @model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Any:
         """Fill in missing keys that others decide, and the tip radius in the casing."""
         if self.pattern_deviation is not None:  # one sample on one level as wide as the pattern
             width = float(np.abs(self.pattern_deviation).max()) * 100
@@ -76,7 +76,7 @@ class Config(Section):
         object.__setattr__(self, "casing", casing)
         return self
 
-    def _fill_in(self, name, decided):
+    def _fill_in(self, name: str, decided: Any) -> None:
         """Set keys that the input does not give; `replace` decides anew, as they count as unset."""
         section = getattr(self, name)
         given = section.model_fields_set
@@ -84,7 +84,7 @@ class Config(Section):
         object.__setattr__(self, name, type(section).model_construct(given, **values))
 
     @model_validator(mode="after")
-    def _keys_fit_together(self):
+    def _keys_fit_together(self) -> Any:
         if problems := list(config_checks.problems(self)):
             raise ValueError("\n".join(problems))
         return self
@@ -227,7 +227,7 @@ def differences(
     ]
 
 
-def _mapping(text):
+def _mapping(text: str) -> Any:
     data = yaml_text.parse(text)
     if not isinstance(data, dict):
         raise InputError("no keys found; a line such as 'study: contact' is expected")

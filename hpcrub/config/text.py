@@ -131,7 +131,7 @@ def schema_of(model: type[BaseModel]) -> Any:
     return _renamed(model.model_json_schema())
 
 
-def _renamed(node):
+def _renamed(node: Any) -> Any:
     if isinstance(node, str):
         return " ".join(node.split())
     if isinstance(node, dict):
@@ -139,7 +139,7 @@ def _renamed(node):
     return [_renamed(value) for value in node] if isinstance(node, list) else node
 
 
-def _unknown_key(model, path):
+def _unknown_key(model: Any, path: Any) -> str:
     section, wrong = ".".join(path[:-1]), path[-1]
     known = _children(model)[section]
     everywhere = {leaf.rsplit(".", 1)[-1]: leaf for leaf in _leaves(model)}
@@ -156,12 +156,12 @@ def _unknown_key(model, path):
     return f"{prefix}{wrong}: unknown key; {hint}"
 
 
-def _names(loc):
+def _names(loc: Any) -> list[Any]:
     """Names of the keys in the location of a value, without list indices and tags of kinds."""
     return [part for part in loc if isinstance(part, str) and part not in TAGS]
 
 
-def _wrong_value(model, detail):
+def _wrong_value(model: Any, detail: Any) -> str:
     loc, value = detail["loc"], detail["input"]
     names = _names(loc)
     named = (part for part in loc if part not in TAGS)
@@ -185,7 +185,7 @@ def _wrong_value(model, detail):
     return f"{path}: {show(value)} {verb} {_allowed(node)} ({about}){hint}"
 
 
-def _allowed(node):
+def _allowed(node: Any) -> Any:
     """Text of the values that a node of the JSON schema allows, to follow "is not"."""
     if variants := _variants(node):
         words = [*map(_allowed, variants)]
@@ -206,36 +206,36 @@ def _allowed(node):
     return names.get(kind, other) + ("" if closed else " and").join(limits)
 
 
-def _plain(limit):
+def _plain(limit: Any) -> str:
     return f"{int(limit):,}" if limit == int(limit) else f"{limit:g}"
 
 
-def _variants(node):
+def _variants(node: Any) -> Any:
     return node.get("anyOf") or node.get("oneOf") or []
 
 
 @cache
-def _leaves(model):
+def _leaves(model: Any) -> dict[Any, Any]:
     """{path: JSON schema} of every key that holds a value."""
     return {path: node for path, node in _walk(schema_of(model)) if "properties" not in node}
 
 
 @cache
-def _children(model):
+def _children(model: Any) -> dict[Any, Any]:
     """{path of a section: names of its keys}; the path "" is the whole input."""
     sections = ((path, node.get("items", node)) for path, node in _walk(schema_of(model)))
     return {path: list(node["properties"]) for path, node in sections if "properties" in node}
 
 
-def _walk(schema):
+def _walk(schema: Any) -> Any:
     """Yield (path, node) of a JSON schema; sections and their lists come before their keys."""
 
-    def known(node):
+    def known(node: Any) -> Any:
         if "$ref" in node:
             return schema["$defs"][node["$ref"].rsplit("/", 1)[-1]]
         return node | {"items": known(node["items"])} if "items" in node else node
 
-    def below(path, node):
+    def below(path: Any, node: Any) -> Iterator[Any]:
         yield path, node
         for name, child in node.get("items", node).get("properties", {}).items():
             yield from below(f"{path}.{name}".removeprefix("."), known(child))

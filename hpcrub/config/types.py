@@ -36,7 +36,7 @@ Ratios = Annotated[tuple[Ratio, ...], Field(min_length=1, max_length=1000)]
 Checksum = Annotated[str, Strict(), Field(pattern="^[0-9a-f]{64}$")]
 
 
-def _file_name(text):
+def _file_name(text: str) -> Any:
     if not text.isprintable() or Path(text).name in ("", "..") or text.endswith("/"):
         raise ValueError("no name of a file")
     return text

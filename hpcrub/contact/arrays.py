@@ -109,7 +109,7 @@ def packed(group: Any) -> Any:
     memory = np.zeros(places[-1] + LINE, dtype=np.uint8)
     place = iter(places + -memory.ctypes.data % LINE)
 
-    def copied(member):
+    def copied(member: Any) -> Any:
         if isinstance(member, tuple):
             return getattr(type(member), "_make", tuple)(map(copied, member))
         if not isinstance(member, np.ndarray):

@@ -40,7 +40,9 @@ def allocate(
     return bank
 
 
-def _allocate_scheme(modes, rows, scene, grid, width, law):
+def _allocate_scheme(
+    modes: Modes, rows: Any, scene: Scene, grid: Grid, width: int, law: Any
+) -> Any:
     interface, normal = scene.interface, columns(rows.normal)
     bump = scene.casing.table(interface.angle, grid.steps_per_revolution, grid.steps_per_block)
     own = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
@@ -73,7 +75,7 @@ def _allocate_scheme(modes, rows, scene, grid, width, law):
     )
 
 
-def _turns(modes, grid, width):
+def _turns(modes: Modes, grid: Grid, width: int) -> Any:
     """Cosine and sine of the angle by which each pair of the casing turns in a step."""
     angle = modes.pairs.n_waves * (2.0 * np.pi / grid.steps_per_revolution)
     of_casing = np.stack([np.cos(angle), np.sin(angle)], axis=-1).ravel()
@@ -83,7 +85,7 @@ def _turns(modes, grid, width):
     return turn
 
 
-def _engine_order_forces(modes, rows, scene, grid):
+def _engine_order_forces(modes: Modes, rows: Any, scene: Scene, grid: Grid) -> Any:
     """Modal forces of the travelling load at the start of every step of a block (P, K), or None."""
     if not scene.load:
         return None
@@ -96,7 +98,7 @@ def _engine_order_forces(modes, rows, scene, grid):
     return np.pad(force @ on_disk, ((0, 0), (0, n_casing)))
 
 
-def _allocate_state(scheme, width, turns):
+def _allocate_state(scheme: Scheme, width: int, turns: Any) -> Any:
     n_modes, n_points = scheme.normal.shape
     n_forces = len(scheme.load)
     return State(
@@ -146,7 +148,7 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> No
         _halve_first_impulse(bank, lane, n_real)
 
 
-def _halve_first_impulse(bank, lane, n_real):
+def _halve_first_impulse(bank: Bank, lane: int, n_real: Any) -> None:
     """Take half an impulse of the load from a lane at rest (bank is modified).
 
     A step takes a whole impulse at its begin, of which the first step has the second half alone.
@@ -156,7 +158,7 @@ def _halve_first_impulse(bank, lane, n_real):
     bank.state.position[n_real:, lane] -= half[n_real:]  # complex modes, which have no increment
 
 
-def _fill_waves(bank, lane, first, eigenvalue, h):
+def _fill_waves(bank: Bank, lane: int, first: Any, eigenvalue: Any, h: Any) -> None:
     """Give a lane its complex modes in the rows from ``first`` on (bank is modified).
 
     A force kicks z along e^{λh}. The gain is taken from a real mode of the same frequency and
@@ -172,10 +174,10 @@ def _fill_waves(bank, lane, first, eigenvalue, h):
     scheme.turn[0:n:2, lane], scheme.turn[1:n:2, lane] = np.cos(angle), -np.sin(angle)
 
 
-def _kicked(rows, cosine, sine):
+def _kicked(rows: Any, cosine: Any, sine: Any) -> Any:
     """Rows whose last are pairs, with `normal` and `observed` turned against a kick."""
 
-    def moved(displacement):
+    def moved(displacement: Any) -> Any:
         turned, first = displacement.copy(), displacement.shape[1] - 2 * len(cosine)
         re, im = displacement[:, first::2], displacement[:, first + 1 :: 2]
         turned[:, first::2] = cosine * re - sine * im

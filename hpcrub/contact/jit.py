@@ -40,7 +40,7 @@ def _cache_folder() -> str:
     return str(folder) if os.access(folder, os.W_OK) else ""
 
 
-def _name():
+def _name() -> Any:
     """Name of the cache: a hash of numba's version, the kernel's shape and all sources."""
     digest = hashlib.sha256(f"{numba.__version__} {shape()}".encode())
     package = Path(os.path.abspath(__file__)).parents[1]
@@ -86,7 +86,7 @@ class _Cache(FunctionCache):
             super().save_overload(sig, data)
 
 
-def _foreign_sources(kind):
+def _foreign_sources(kind: Any) -> Any:
     """Names and sources of modules outside hpcrub that define classes in a type, or in a tuple."""
     if isinstance(kind, tuple):
         return set().union(*map(_foreign_sources, kind))
@@ -113,7 +113,7 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
     Returns a dispatcher, whose ``py_func`` is the function in plain Python, or the decorator.
     """
 
-    def decorate(f):
+    def decorate(f: Any) -> Any:
         if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return f
         njit: Any = numba.njit  # its types lack options that it has
@@ -134,7 +134,7 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
     return decorate if function is None else decorate(function)
 
 
-def _without_literals(template_of):
+def _without_literals(template_of: Any) -> Any:
     """``template_of`` of a dispatcher that takes integer arguments by type, never by value.
 
     For a variable that begins with 0, numba would compile the function called once for this 0 and
@@ -163,7 +163,7 @@ class _StaticMethods(AttributeTemplate):
 # more specific kinds than that of numba's own function, which knows fields alone
 @lower_getattr_generic(types.NamedTuple)
 @lower_getattr_generic(types.NamedUniTuple)
-def _read(context, builder, kind, value, name):
+def _read(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     """Read an attribute of a named tuple: a field, or a method, which has no value at run time."""
     if name in kind.fields:
         return namedtuple_getattr(context, builder, kind, value, name)

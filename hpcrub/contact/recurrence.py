@@ -48,7 +48,7 @@ def coefficients(
     return np.where(slow, exact[0], stiff[0]), np.where(slow, exact[1], stiff[1])
 
 
-def _exact(omega, damping_ratio, h):
+def _exact(omega: Any, damping_ratio: Any, h: Any) -> tuple[Any, Any]:
     c = damping_ratio * omega * h
     theta = omega * h * np.emath.sqrt(1.0 - damping_ratio**2)
     decay = np.exp(-2.0 * c)
@@ -59,7 +59,7 @@ def _exact(omega, damping_ratio, h):
     return decay, gain
 
 
-def _trapezoidal(omega, damping_ratio, h):
+def _trapezoidal(omega: Any, damping_ratio: Any, h: Any) -> tuple[Any, Any]:
     a, b = damping_ratio * omega * h, (omega * h) ** 2 / 4.0
     scale = 1.0 / (1.0 + a + b)
     return (1.0 - a + b) * scale, h * h * scale

@@ -43,7 +43,7 @@ MISTUNED = (
 )  # fmt: skip
 
 
-def _half_damped(c):
+def _half_damped(c: Any) -> dict[Any, Any]:
     """Keys of an air with half the damping."""
     rows = "influence" if c.aero.influence else "waves"
     halved = [
@@ -70,7 +70,7 @@ class Aero(Effect):
         """Warn of modes that the air excites: of the tuned disk and the first of every level."""
         n = min(LOOKED_AT // len(config.levels) + 1, len(config.samples))
 
-        def least(blades):
+        def least(blades: Any) -> Any:
             waves = mistuned_modes(problem.reduced, blades).waves
             assert waves is not None  # there is air
             return waves.damping_ratio.min()
@@ -163,7 +163,7 @@ def limit(config: Config, load: Load) -> float:
     return found / np.sqrt(1.0 - largest)
 
 
-def _of_tuned(read):
+def _of_tuned(read: Any) -> str:
     """Least stable wave of the tuned disk, in words."""
     ratio, diameters = read("aero/tuned_damping_ratio"), read("aero/diameters")
     least = int(np.argmin(ratio))
@@ -176,7 +176,7 @@ def _of_tuned(read):
     )
 
 
-def _of_mistuned(read):
+def _of_mistuned(read: Any) -> Iterator[str]:
     """Least stable mode of the mistuned disks of every level."""
     for sigma, least in zip(read("sigma"), read("aero/least_damping_ratio"), strict=True):
         least = finite(least)
@@ -192,7 +192,7 @@ def _of_mistuned(read):
         )
 
 
-def _flutter_of_tuned(results):
+def _flutter_of_tuned(results: Results) -> Iterator[Any]:
     """Flutter of the tuned disk, which a linear study needs."""
     least = float(results.read("aero/tuned_damping_ratio").min())
     if least <= 0.0:
@@ -204,7 +204,7 @@ def _flutter_of_tuned(results):
         )
 
 
-def _flutter_of_mistuned(results):
+def _flutter_of_mistuned(results: Results) -> Iterator[Any]:
     """Flutter of mistuned disks, which are missing in percentiles."""
     ratios = [finite(level) for level in results.read("aero/least_damping_ratio")]
     lost = [int(np.count_nonzero(level <= 0.0)) for level in ratios]

@@ -38,14 +38,14 @@ OF_TIME = (
 )  # fmt: skip
 
 
-def _half_damped(c):
+def _half_damped(c: Any) -> dict[Any, Any]:
     if c.casing.ring.thickness_mm is not None:
         return {"casing.ring.damping_ratio": 0.5 * c.casing.ring.damping_ratio}
     modes = [m.model_dump() | {"damping_ratio": 0.5 * m.damping_ratio} for m in c.casing.modes]
     return {"casing.modes": modes} if modes else {}
 
 
-def _wider_ring(c):
+def _wider_ring(c: Any) -> dict[Any, Any]:
     ring = c.casing.ring
     if ring.thickness_mm is None:
         return {}
@@ -135,7 +135,7 @@ class VibratingCasing(Effect):
         )
 
 
-def _wave_warnings(config, problem):
+def _wave_warnings(config: Config, problem: Any) -> Iterator[str]:
     """Warn of waves around an elastic casing that the rotor overtakes."""
     casing = problem.reduced.casing
     critical = casing.critical_speeds / (2.0 * np.pi)
@@ -154,13 +154,13 @@ def _wave_warnings(config, problem):
         )
 
 
-def _listed(waves):
+def _listed(waves: Any) -> str:
     """Numbers of waves in words, a row without gaps by its ends."""
     is_row = len(waves) > 2 and np.ptp(waves) == len(waves) - 1
     return f"{min(waves)} to {max(waves)}" if is_row else ", ".join(map(str, waves))
 
 
-def _ring_warnings(config):
+def _ring_warnings(config: Config) -> Iterator[str]:
     """Warn of dimensions and materials that no casing has and that wrong units give."""
     ring, tips = config.casing.ring, config.disk.tip_radius_mm
     for key, low, high in (
@@ -178,7 +178,7 @@ def _ring_warnings(config):
             )
 
 
-def _around_tuned(results):
+def _around_tuned(results: Results) -> Iterator[str]:
     """Motion of the casing around the tuned disk, and the speeds at which it runs away."""
     read, speeds = results.read, results.config.speeds.values_hz
     moved, waves = map(read, ("tuned/casing_motion_m", "tuned/casing_waves"))
@@ -197,7 +197,7 @@ def _around_tuned(results):
         )
 
 
-def _around_mistuned(results):
+def _around_mistuned(results: Results) -> Iterator[str]:
     """Largest motions of the casing around mistuned disks."""
     motion = np.concatenate(results.of_levels("casing_motion_m"))
     most = finite(np.where(np.isfinite(motion), motion, -np.inf).max(axis=-1, initial=-np.inf))

@@ -84,11 +84,11 @@ def values(config: Config, reduced: ReducedModel) -> Iterator[tuple[str, Any]]:
     yield "casing/growing_hz", frequencies
 
 
-def _blades(reduced, casing, speed_hz):
+def _blades(reduced: ReducedModel, casing: Any, speed_hz: Any) -> Any:
     """Frequencies of blades that waves of the casing can meet (casing modes, families) [Hz]."""
     diameters, speed = cyclic.tuned_diameters(reduced), 2.0 * np.pi * speed_hz
 
-    def frequency(n, family):
+    def frequency(n: Any, family: Any) -> Any:
         folded = crossings.folded(int(n), reduced.interface.n_blades)
         blades = crossings.family_frequency(reduced, diameters, folded, family)
         return blades(speed) / (2.0 * np.pi) if blades else np.nan

@@ -53,7 +53,7 @@ OF_ENERGY = (
 )  # fmt: skip
 
 
-def _of_histories(*dimensions):
+def _of_histories(*dimensions: Any) -> Any:
     """All datasets of the coating in the group `wear`, for studies of whole motions."""
     around = datasets("wear", (*dimensions, "strip", "angle"), [AROUND])
     return (*datasets("wear", dimensions, POINTS), *around, ANGLE)
@@ -149,7 +149,7 @@ class Wearing(Effect):
             )
 
 
-def _lines_of_motions(results):
+def _lines_of_motions(results: Results) -> Iterator[str]:
     """Wear by a disk at the speed of its deepest cut."""
     read, disk = results.read, results.disk
     numbers = {of.name: np.atleast_1d(read(f"wear/{of.name}", disk)) for of in POINTS}
@@ -177,7 +177,7 @@ def _lines_of_motions(results):
         yield f"{word}: {1e3 * growth[0]:.3g} mm deeper in the last ten revolutions"
 
 
-def _lines_of_disks(results):
+def _lines_of_disks(results: Results) -> Iterator[Any]:
     """Worn depths of the tuned disk and of every level's worst disk."""
     config, runs = results.config, finite(results.read("tuned/run_deepest_m"))
     yield from _tuned_depth_line(runs, depth_of_all(config))
@@ -193,7 +193,7 @@ def _lines_of_disks(results):
         yield f"±{100 * half_range:.3g} %: {_depth_line(depth, runs, depth_of_all(config))}"
 
 
-def _tuned_depth_line(runs, all_of_it):
+def _tuned_depth_line(runs: Any, all_of_it: Any) -> Iterator[str]:
     """Worn depths of the runs of the tuned disk, or how many of them cut through."""
     held = 1e3 * runs[runs < REACHED * all_of_it]
     if len(held) < len(runs):
@@ -209,7 +209,7 @@ def _tuned_depth_line(runs, all_of_it):
         )
 
 
-def _depth_line(depth, runs, all_of_it):
+def _depth_line(depth: Any, runs: Any, all_of_it: Any) -> str:
     """Share of disks that cut through, or the depth of the worst disk where none does."""
     through = int(np.count_nonzero(depth >= REACHED * all_of_it))
     low, high = map(percent, probability_interval(through, len(depth), Z_95))
@@ -224,7 +224,7 @@ def _depth_line(depth, runs, all_of_it):
     )
 
 
-def _deep(depth, runs):
+def _deep(depth: Any, runs: Any) -> str:
     """A depth in words, beside the median of the runs of the tuned disk."""
     ratio = depth / np.median(runs) if len(runs) and np.median(runs) > 0.0 else np.inf
     times = f", {ratio:.2f} times the tuned one" if np.isfinite(ratio) else ""

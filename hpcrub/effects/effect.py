@@ -188,7 +188,7 @@ def times(
     factors: {key: factor}; keys that are null do not count; where: whether the change applies.
     """
 
-    def values(config):
+    def values(config: Config) -> dict[Any, Any]:
         before = config.by_path() if where(config) else {}
         known = {key: before[key] for key in factors if before.get(key) is not None}
         return {key: (factors[key] * np.array(value)).tolist() for key, value in known.items()}

@@ -16,7 +16,7 @@ Crawley, in AGARD-AG-298 vol. 1 (1987), derives influence coefficients and waves
 AIAA J. 20 (1982), show the effect of mistuning.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -197,7 +197,7 @@ def complex_modes(
     rows = np.sort(np.argsort((np.abs(part) ** 2).sum(axis=1))[-n:])
     seen, own, omega = part[rows], squared[rows], np.sqrt(air.squared)
 
-    def matrix(values):
+    def matrix(values: Any) -> Any:
         return ((seen * values) @ seen.conj().T).real
 
     # at the frequency of a blade circulation has the size that it has to damping in a tuned wave

@@ -6,7 +6,7 @@ angle zero of the disk is at the start of a run.
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -125,7 +125,7 @@ def bump_height(
     return height * np.exp(-((_from_crest(phi, pitch) / (width * pitch)) ** 2))
 
 
-def _from_crest(phi, pitch):
+def _from_crest(phi: Any, pitch: Any) -> Any:
     return phi - pitch * np.round(phi / pitch)
 
 

@@ -9,6 +9,7 @@ feeds the waves that the rotor overtakes (Iwan and Moeller 1976; Legrand et al. 
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh, eigvals
@@ -65,7 +66,7 @@ def of_disk(reduced: ReducedModel, diameters: np.ndarray, order: int) -> float:
     return float(met[0] / (2 * np.pi)) if len(met) else np.nan
 
 
-def _stiffness(reduced, mine):
+def _stiffness(reduced: ReducedModel, mine: Any) -> list[Any]:
     """K0, and K1, K2 where stiffness depends on the speed, in some tuned modes (an index)."""
     slopes = [K[np.ix_(mine, mine)] for K in reduced.stiffening]
     faster = powers(reduced.speed, 0.0)
@@ -112,7 +113,13 @@ def interactions(
             blades = family_frequency(reduced, diameters, diameter, family)
             for k, sign in enumerate(SIGNS if blades else ()):
 
-                def off(speed, n=n, omega=omega, blades=blades, sign=sign):
+                def off(
+                    speed: Any,
+                    n: Any = n,
+                    omega: Any = omega,
+                    blades: Any = blades,
+                    sign: Any = sign,
+                ) -> Any:
                     return n * speed - abs(omega + sign * blades(speed))
 
                 at = np.linspace(0.0, highest, N_SEARCHED)

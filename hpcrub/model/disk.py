@@ -92,16 +92,16 @@ def build_disk(disk: Any, material: Any) -> Disk:
     )
 
 
-def _beam(disk, thickness, material):
+def _beam(disk: Any, thickness: Any, material: Any) -> Any:
     E, density = material.young_modulus, material.density
     return elements.rectangular_beam(disk.width, thickness, E, density)
 
 
-def _tip_angles(disk):
+def _tip_angles(disk: Any) -> Any:
     return 2 * np.pi * np.arange(disk.n_blades) / disk.n_blades
 
 
-def _numbering(disk):
+def _numbering(disk: Any) -> tuple[Any, Any, Any]:
     """Dof of every blade (N, 3 + 3 n_elements), ring element (N, 8) and spoke (N, 5)."""
     per_sector = _N_FOOT + 3 * disk.blade.n_elements
     first = per_sector * np.arange(disk.n_blades)[:, None]
@@ -113,7 +113,7 @@ def _numbering(disk):
     return blade, ring, spoke
 
 
-def _blade_nodes(disk):
+def _blade_nodes(disk: Any) -> Any:
     """Nodes of a blade, root to tip, in the polar frame of its tip, (n_elements + 1, 2) [m]."""
     R, R_h, lean = disk.tip_radius, disk.hub_radius, disk.blade.lean
     if not R_h < R:
@@ -127,7 +127,7 @@ def _blade_nodes(disk):
     return R_h * _direction(root_angle) + chord * (z * along + offset * left)
 
 
-def _blade(disk, material, nodes):
+def _blade(disk: Any, material: Any, nodes: Any) -> tuple[Any, Any]:
     """Mass and stiffness of a blade on the dof of `_numbering`: ring u, u', v, then its nodes."""
     beam = _beam(disk, disk.blade.thickness, material)
     n = 3 * len(nodes)
@@ -144,13 +144,13 @@ def _blade(disk, material, nodes):
     return to_ring.T @ mass @ to_ring, to_ring.T @ stiffness @ to_ring
 
 
-def _root_motion(disk, nodes):
+def _root_motion(disk: Any, nodes: Any) -> Any:
     """Matrix (3, 3) from ring u, u', v to the motion of a blade's root in the frame of its tip."""
     radial = nodes[0] / np.hypot(*nodes[0])
     return _turn_node(radial).T @ _section_motion(disk.hub_radius)
 
 
-def _root_stress(disk, material, nodes):
+def _root_stress(disk: Any, material: Any, nodes: Any) -> Any:
     """Stress on both faces of a blade's root per unit dof (2, nb): E (strain ± t/2 curvature)."""
     edge = nodes[1] - nodes[0]
     length = np.hypot(*edge)
@@ -163,7 +163,7 @@ def _root_stress(disk, material, nodes):
     return faces
 
 
-def _spoke(disk, material):
+def _spoke(disk: Any, material: Any) -> tuple[Any, Any]:
     """Mass and stiffness of a spoke that is clamped inside, on ring u, u', v and the spoke's u'."""
     beam = _beam(disk, disk.spoke_thickness, material)
     m, k = elements.spoke_element(beam, disk.hub_radius - disk.inner_radius)
@@ -174,22 +174,22 @@ def _spoke(disk, material):
     return to_ring.T @ m[4:, 4:] @ to_ring, to_ring.T @ k[4:, 4:] @ to_ring
 
 
-def _section_motion(radius):
+def _section_motion(radius: Any) -> Any:
     """Matrix (3, 3) from ring u, u', v to the motion u, v, omega = v/R_h - u' of the section."""
     return np.array([[1, 0, 0], [0, 0, 1], [0, -1, 1 / radius]])
 
 
-def _direction(angle):
+def _direction(angle: Any) -> Any:
     return np.array([np.cos(angle), np.sin(angle)])
 
 
-def _turn_node(axis):
+def _turn_node(axis: Any) -> Any:
     """Matrix (3, 3) that turns the motion of a node into the frame with this first axis."""
     c, s = axis
     return np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
 
-def _points(disk, nodes, blade_dof):
+def _points(disk: Any, nodes: Any, blade_dof: Any) -> Any:
     """Points with the nodes of all blades, root to tip, then the inner ends of the spokes."""
     n_blades, n_nodes = disk.n_blades, len(nodes)
     tip = _tip_angles(disk)

@@ -7,7 +7,7 @@ strains and two displacements, by a Gauss rule that is exact for them:
 """
 
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -73,10 +73,10 @@ def ring_element(beam: Beam, length: float, radius: float) -> tuple[np.ndarray, 
     return _matrices(beam, length, _u(n), _v(n), eps, kappa)
 
 
-def _matrices(beam, length, u, v, eps, kappa):
+def _matrices(beam: Beam, length: Any, u: Any, v: Any, eps: Any, kappa: Any) -> tuple[Any, Any]:
     """Mass and stiffness from displacement and strain rows (n_gauss, n_dof)."""
 
-    def integral(row):
+    def integral(row: Any) -> Any:
         return length * (row.T * _WEIGHT) @ row
 
     mass = beam.mass * (integral(u) + integral(v))
@@ -84,7 +84,7 @@ def _matrices(beam, length, u, v, eps, kappa):
     return mass, stiffness
 
 
-def _hermite(length):
+def _hermite(length: Any) -> Any:
     """Cubic Hermite functions at the Gauss points and their two derivatives, (n_gauss, 4) each."""
     x, one = _XI, np.ones_like(_XI)
     n = [1 - 3 * x**2 + 2 * x**3, x - 2 * x**2 + x**3, 3 * x**2 - 2 * x**3, x**3 - x**2]
@@ -94,7 +94,7 @@ def _hermite(length):
     return (np.stack(f, axis=1) * scale / length**k for k, f in enumerate((n, n1, n2)))
 
 
-def _rows(n_dof, columns, functions):
+def _rows(n_dof: Any, columns: Any, functions: Any) -> Any:
     """Rows over all dof of an element, from functions of the dof ``columns``."""
     rows = np.zeros((len(functions), n_dof))
     rows[:, columns] = functions

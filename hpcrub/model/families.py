@@ -55,7 +55,7 @@ def choose(
     return None
 
 
-def _separated(power):
+def _separated(power: Any) -> tuple[Any, Any]:
     """Orthogonal combinations (c, c) of modes, each of one nodal diameter, and the diameters (c,).
 
     power: (N, p, c) Fourier coefficients of the modes over the sectors.

@@ -1,6 +1,6 @@
 """Stiffness deviations of the blades: each random number depends on its place alone."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import gammainc, ndtr, ndtri
@@ -36,7 +36,7 @@ class Law(NamedTuple):
             return random
         return random + np.resize(self.intentional, len(random))
 
-    def _quantile(self, drawn):
+    def _quantile(self, drawn: Any) -> Any:
         """Values of this distribution in [-1, 1], from uniform random numbers."""
         if self.distribution == "normal":
             low = ndtr(-self.truncation)

@@ -83,7 +83,7 @@ class Modes(NamedTuple):
         waves, real, casing = self.waves, self.real, self.pairs
         beside = {"normal": casing.normal, "tangential": casing.tangential}
 
-        def whole(name, side):
+        def whole(name: str, side: Any) -> Any:
             """Motion per unit of every row, or force on it; side: the method of `Waves`."""
             parts = [disk := getattr(self, name)]
             if waves:
@@ -243,7 +243,7 @@ def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) 
     return project((1.0 + deviation)[:, None, None] * reduced.blade_stiffness, modes.shapes)
 
 
-def _craig_bampton_basis(disk, n_modes):
+def _craig_bampton_basis(disk: Any, n_modes: int) -> Any:
     """Static response to each contact dof, then fixed-interface modes (n, 2 n_c + n_modes)."""
     mass, stiffness = disk.mass, disk.stiffness
     boundary = disk.contact_dof.T.ravel()  # all u_r, then all u_t
@@ -260,7 +260,7 @@ def _craig_bampton_basis(disk, n_modes):
     return basis
 
 
-def _families(K, M, n_modes, n_blades):
+def _families(K: Any, M: Any, n_modes: int, n_blades: int) -> Any:
     """Lowest modes in whole families; K and M have their rows sector by sector, in its frame."""
     values, modes = eigh(K, M, subset_by_index=[0, n_modes - 1])
     sectors = modes.reshape(n_blades, -1, n_modes)

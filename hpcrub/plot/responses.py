@@ -96,7 +96,9 @@ def draw_response(
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
 
 
-def _draw_symbol(axes, x, y, symbol, colour, label, **look):
+def _draw_symbol(
+    axes: Axes, x: Any, y: Any, symbol: Any, colour: str, label: str, **look: Any
+) -> None:
     """Draw symbols in the colour of a disk; the legend has one of all disks, in grey."""
     if len(x):
         axes.plot(x, y, symbol, mec=colour, clip_on=False, zorder=5, **look)

@@ -51,7 +51,7 @@ class Dispatcher:
             raise Interrupted(self.stopped_by)
         return self.team.shared
 
-    def _serve(self):
+    def _serve(self) -> None:
         if self.team.signal:
             self.stopped_by = self.team.signal
         self._receive()
@@ -59,7 +59,7 @@ class Dispatcher:
             for rank, tasks in self.assignments.answers():
                 self.team.comm.send(("tasks", tasks), rank, FROM_ROOT)
 
-    def _receive(self):
+    def _receive(self) -> None:
         """Receive all messages that have arrived."""
         comm = self.team.comm
         while self.team.size > 1 and comm.iprobe(tag=TO_ROOT):
@@ -72,7 +72,7 @@ class Dispatcher:
                 self.assignments.ask(rank)
             self.present -= kind == "bye"
 
-    def _collect(self, rank, results):
+    def _collect(self, rank: Any, results: Any) -> None:
         for task, result in zip(self.assignments.done(rank, len(results)), results, strict=True):
             if self.on_result(task, result):
                 self.assignments.closed = True
@@ -118,7 +118,7 @@ class Worker:
             raise Interrupted("stopped")
         return self.team.shared
 
-    def _wait(self):
+    def _wait(self) -> bool:
         """Wait for tasks; returns False at the end."""
         while not self.tasks and not self.ended:
             self._look()
@@ -126,7 +126,7 @@ class Worker:
                 time.sleep(PAUSE)
         return not self.ended
 
-    def _look(self):
+    def _look(self) -> None:
         """Pass a signal on to rank 0, and receive all its messages."""
         if self.team.signal and not self.told:
             self.told = True
@@ -140,7 +140,7 @@ class Worker:
             else:
                 self.ended = True
 
-    def _tell(self, kind, content=None):
+    def _tell(self, kind: Any, content: Any = None) -> None:
         if content is None:
             content, self.results = self.results, []
         self.team.comm.send((self.team.rank, kind, content), 0, TO_ROOT)

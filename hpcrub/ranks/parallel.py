@@ -16,7 +16,7 @@ import signal
 import time
 import traceback
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, NoReturn
 
 from hpcrub.config.text import one_line
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError, complain, flush
@@ -40,12 +40,12 @@ def listen() -> None:
         signal.signal(number, _stop_at_once)
 
 
-def _stop_at_once(number, frame):
+def _stop_at_once(number: int, frame: Any) -> None:
     _print_error(Interrupted(f"{_name(number)} came before anything was begun"), launched_rank())
     os._exit(Interrupted.exit_code)  # without a traceback from a half-done import
 
 
-def _name(number):
+def _name(number: int) -> Any:
     return signal.Signals(number).name
 
 
@@ -99,7 +99,7 @@ def alone(program: Callable[[], int]) -> int:
     An error is printed as one line. So is a stop signal, which ends the command in good order.
     """
 
-    def stop(number, frame):
+    def stop(number: int, frame: Any) -> NoReturn:
         raise KeyboardInterrupt(_name(number))  # code that handles Exception lets it pass
 
     handlers = {number: signal.signal(number, stop) for number in STOP_SIGNALS}
@@ -135,7 +135,7 @@ def launched_rank() -> int:
     return int(ranks[0]) if ranks else 0
 
 
-def _world(size):
+def _world(size: Any) -> Any:
     """MPI's world communicator, checked against the launcher's number of ranks.
 
     Raises InputError when a launcher started several ranks that cannot find each other.
@@ -160,7 +160,7 @@ def _world(size):
     return MPI.COMM_WORLD
 
 
-def _print_error(error, rank):
+def _print_error(error: Any, rank: Any) -> None:
     if rank == 0:
         kind = "stopped" if isinstance(error, Interrupted) else "error"
         text = one_line(str(error))  # may quote anything from a user's file
@@ -254,7 +254,7 @@ class Team:
             self.comm.send(("shared", value), rank, FROM_ROOT)
 
 
-def _caught(function):
+def _caught(function: Any) -> tuple[Any, Any]:
     """Return (result, None), or (None, error) where function() raised an HpcrubError."""
     try:
         return function(), None
@@ -262,7 +262,7 @@ def _caught(function):
         return None, error
 
 
-def _result_or_raise(result, error):
+def _result_or_raise(result: Any, error: Any) -> Any:
     if error is not None:
         error.shared = True
         raise error

@@ -127,14 +127,14 @@ class Progress:
             most, about = ("at most ", "at most about ") if stops else ("", "")
             self.say(f"samples: {self.done} of {most}{self.total}, {about}{text}")
 
-    def _is_due(self, is_last):
+    def _is_due(self, is_last: bool) -> bool:
         now = time.monotonic()
         if not is_last and now - self.shown <= max(INTERVAL, SHARE * (now - self.began)):
             return False
         self.shown = now
         return True
 
-    def _text(self, amplification):
+    def _text(self, amplification: Any) -> Any:
         """Time left, rate, and amplifications of the widest level, or of the pattern."""
         rate = (self.done - self.already) / max(time.monotonic() - self.began, 1e-9)
         left = duration((self.total - self.done) / rate)

@@ -105,5 +105,5 @@ class RunLog:
             complain(f"hpcrub: no run log: {self.path}: {reason(error)}")
 
 
-def _now():
+def _now() -> Any:
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")

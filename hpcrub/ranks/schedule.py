@@ -75,17 +75,17 @@ class Assignments:
         """Whether nothing is left to hand out or to wait for."""
         return not self.n_held and not self._n_left()
 
-    def _n_left(self):
+    def _n_left(self) -> int:
         return 0 if self.closed else len(self.tasks)
 
-    def _give(self, asking):
+    def _give(self, asking: Any) -> tuple[Any, Any]:
         rank = next(iter(asking))
         del asking[rank]
         several = min(-(-self.n_ranks // ONE_BY_ONE), self._n_left() // (2 * self.n_ranks))
         several = 1 if self.tasks.urgent else max(1, several)
         return rank, [self._note(rank, self.tasks.take(self.n_ranks)) for _ in range(several)]
 
-    def _note(self, rank, task):
+    def _note(self, rank: Any, task: Any) -> Any:
         self.held[rank].append(task)
         self.n_held += 1
         return task

@@ -146,7 +146,7 @@ class Windows(Watch):
         self.alike, self.sizes = 1, self.sizes[-1:]
         return None
 
-    def _found(self, recent, time, over):
+    def _found(self, recent: Recent, time: Any, over: Any) -> Any:
         """Verdict on the windows alone, whether a wave grows or not; None: go on."""
         before, last = recent.sizes
         self.sizes = [*(self.sizes or [before]), last]
@@ -171,7 +171,7 @@ class Windows(Watch):
             return verdict._replace(status=AVERAGED)
         return verdict if over else None
 
-    def _verdict(self, status, n):
+    def _verdict(self, status: Any, n: Any) -> Any:
         """Verdict by the last n windows, whose amplitudes may still be on their way elsewhere."""
         last = np.array(self.sizes[-n:])
         amplitudes = last.max(axis=1)
@@ -184,7 +184,7 @@ class Windows(Watch):
         )
         return Verdict(status, last.mean(axis=0), mean, error, scatter)
 
-    def _to_go(self, n):
+    def _to_go(self, n: Any) -> Any:
         """How far a trend of the last n amplitudes still leads away from their mean [m]."""
         if n <= ALIKE:
             return 0.0

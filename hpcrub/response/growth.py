@@ -118,7 +118,7 @@ class Growth:
         return time + self.window * float(to_go[grows].min()) if grows.any() else math.nan
 
 
-def _rms(motion):
+def _rms(motion: Any) -> Any:
     """Root mean square of every wave (G,) over the records of a window (R, 2, G)."""
     return np.sqrt(np.einsum("rcg,rcg->g", motion, motion) / len(motion))
 

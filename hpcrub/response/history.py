@@ -7,7 +7,7 @@ steps, bit for bit, and keeps every `kept`-th one, at a somewhat higher cost.
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -141,17 +141,17 @@ class Follower:
         if self.n_taken in self.checks and self.known is None:
             self._look(time)
 
-    def _look(self, time):
+    def _look(self, time: Any) -> None:
         observed, casing, peaks = map(np.array, zip(*self.recent, strict=True))
         before, last = np.split(observed, 2)
         sizes = np.array([part.max(axis=0) for part in np.split(peaks, 2)])
         over = self.n_taken == self.checks[-1]
         self.time, step = time, record_step(self.window, observed.shape[1])
 
-        def signals(tip):
+        def signals(tip: Any) -> Any:
             return before[:, :, tip].ravel(), last[:, :, tip].ravel()
 
-        def waves(window):
+        def waves(window: Any) -> Any:
             kept = (np.split(part[:, ::step], 2) for part in (observed, casing))
             return self.waves.seen(*(part[window] for part in kept))
 
@@ -229,7 +229,7 @@ def integrate(
             values[lane] = end
 
 
-def _piece(bank, modes, scene, grid, n_speeds, failed):
+def _piece(bank: Bank, modes: Modes, scene: Scene, grid: Grid, n_speeds: int, failed: Any) -> Any:
     """Integrate one block into a Piece, without its reasons, unless failed (bank is modified)."""
     n_records, width = grid.steps_per_block // grid.kept, len(LANES)
     n_observed, n_columns = len(modes.observed), bank.scheme.observed.shape[1]

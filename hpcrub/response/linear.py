@@ -15,6 +15,7 @@ lambda; lambda grows with omega over the speed, and l falls.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -92,7 +93,14 @@ def linear_peak(
     return size, speed_hz
 
 
-def _peak(modes, damping_ratio, amplitude, engine_order, interface, n_family):
+def _peak(
+    modes: Modes,
+    damping_ratio: Any,
+    amplitude: Any,
+    engine_order: int,
+    interface: Interface,
+    n_family: int,
+) -> Any:
     """Peak with the shapes of given modes, as of `linear_peak`."""
     if modes.waves and not (modes.waves.damping_ratio > 0.0).all():
         return np.inf, np.nan
@@ -176,7 +184,7 @@ class _Oscillators:
         )  # fmt: skip
         return np.hstack([d1[:, self.real], *first]), np.hstack([d2[:, self.real], *second])
 
-    def _rise(self, speed, slopes):
+    def _rise(self, speed: Any, slopes: Any) -> Any:
         """First and second derivative (n, K) by w of squares with slopes over W² and W⁴."""
         if not len(slopes):
             return 0.0, 0.0
@@ -186,13 +194,13 @@ class _Oscillators:
         return first, (2 * by_square + 12 * speed**2 * by_fourth) / n**2
 
 
-def _roots(root, square1, square2):
+def _roots(root: Any, square1: Any, square2: Any) -> tuple[Any, Any]:
     """First and second derivative of a root from those of its square."""
     first = square1 / (2 * root)
     return first, (square2 / 2 - first**2) / root
 
 
-def _resonances(modes, engine_order):
+def _resonances(modes: Modes, engine_order: int) -> Any:
     """Frequencies w = omega(w / n_d) at which the load meets every mode (K,); NaN where never.
 
     omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
@@ -212,12 +220,12 @@ def _resonances(modes, engine_order):
         return np.sqrt(np.where(square > 0, square, np.nan))
 
 
-def _modal_load(modes, amplitude, engine_order, interface):
+def _modal_load(modes: Modes, amplitude: Any, engine_order: int, interface: Interface) -> Any:
     force = interface.share * np.exp(-1j * engine_order * interface.angle)
     return amplitude * (force @ modes.normal)
 
 
-def _search_mesh(omega, xi, n_family):
+def _search_mesh(omega: Any, xi: Any, n_family: int) -> Any:
     """Excitation frequencies [rad/s] so close that no peak fits between two of them.
 
     The response is analytic in w except for a pole at about xi omega_k beside every resonance, so
@@ -238,7 +246,7 @@ def _search_mesh(omega, xi, n_family):
     return np.clip(pole[nearest] + h * np.sinh(s - s_pole[nearest]), first, last)
 
 
-def _mesh_maxima(u):
+def _mesh_maxima(u: Any) -> Any:
     """Indices (speed, row) of local maxima of u (S, O) over the speeds that may be the largest."""
     lowest = np.full((1, u.shape[1]), -np.inf)
     padded = np.concatenate([lowest, u, lowest])
@@ -246,7 +254,7 @@ def _mesh_maxima(u):
     return np.nonzero(is_maximum & (u >= _WORTH_REFINING * u.max()))
 
 
-def _refine(residues, oscillators, w, low, high):
+def _refine(residues: Any, oscillators: Any, w: Any, low: Any, high: Any) -> tuple[Any, Any]:
     """Maximise |u|, u = sum_k residues_k / d_k(w), from w inside [low, high], several at once.
 
     Newton's method on the slope of |u|^2, halving the bracket where it fails. Returns w and |u|.

@@ -68,7 +68,7 @@ def cut_revolution(speed_hz: float, scene: Any) -> Grid:
     unit = math.lcm(blocks * stride, scene.divisor)
     n_steps = math.ceil(n_steps / unit) * unit
 
-    def divisor(interval):
+    def divisor(interval: Any) -> Any:
         most = max(1.0, interval * lowest * n_steps * (1.0 + 1e-12))
         return max(d for d in range(1, stride + 1) if stride % d == 0 and d <= most)
 

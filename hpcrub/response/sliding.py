@@ -70,7 +70,7 @@ def permanent_contact(share: np.ndarray, modes: Modes, scene: Any, speed_hz: flo
     return status.FLUTTER if locks else status.PERMANENT
 
 
-def _compliances(modes):
+def _compliances(modes: Modes) -> tuple[Any, Any]:
     """Normal displacement of every point under a unit normal and tangential force (C,) [m/N]."""
     flexible = modes.normal / modes.omega**2
     return (flexible * modes.normal).sum(axis=1), (flexible * modes.tangential).sum(axis=1)

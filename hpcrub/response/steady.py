@@ -53,7 +53,7 @@ def correlation(a: np.ndarray, b: np.ndarray) -> float:
     return float(a @ b)
 
 
-def _unit(signal):
+def _unit(signal: Any) -> Any:
     """Signal (n,) without its mean, scaled to norm 1; zero if the signal is constant.
 
     Scaled twice, because squares of numbers below 1e-160 or above 1e150 leave the floating range.

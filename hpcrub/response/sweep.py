@@ -158,7 +158,7 @@ def run_sweep(
     return replace(out, n_steps=n_steps)
 
 
-def _leave_at_rest(out, wanted, speeds_hz, scene):
+def _leave_at_rest(out: Any, wanted: Any, speeds_hz: Any, scene: Scene) -> Any:
     """Write the response at the speeds (indices) at which nothing touches, and return these."""
     still = [i for i in wanted if not can_touch(scene.at(speeds_hz[i]))]
     out.rest(still)

@@ -11,6 +11,7 @@ import time
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from hpcrub.errors import InputError, complain, reason
 
@@ -43,7 +44,7 @@ class Lock:
         except OSError as error:
             raise InputError(f"cannot write {path}: {reason(error)}") from None
 
-    def _locked(self, path):
+    def _locked(self, path: Any) -> Any:
         """Lock the file; returns False when its name has meanwhile passed to another file."""
         found = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
         self._file = open(found, "r+b", buffering=0)  # noqa: SIM115, closed by release
@@ -55,7 +56,7 @@ class Lock:
             return True
         return self._is_named()
 
-    def _claim(self):
+    def _claim(self) -> bool:
         """Own the file by signs of life in it; returns False when another job does."""
         if seen := self._words():
             complain(f"hpcrub: another job began {self.path}: for {SILENCE:g} s looking if it runs")
@@ -64,11 +65,11 @@ class Lock:
                 return False
         name, count = uuid.uuid4().hex, itertools.count()
 
-        def sign():
+        def sign() -> None:
             os.pwrite(self._file.fileno(), f"{name} {next(count):12}".encode(), 0)
             os.fsync(self._file.fileno())
 
-        def live():
+        def live() -> None:
             while not self._over.wait(BEAT):
                 with contextlib.suppress(OSError, ValueError):
                     if (words := self._words()) and not words.startswith(name.encode()):
@@ -85,13 +86,13 @@ class Lock:
         threading.Thread(target=live, daemon=True).start()
         return True
 
-    def _words(self):
+    def _words(self) -> Any:
         """What the file holds; it is opened anew, since NFS asks its server only then."""
         with contextlib.suppress(FileNotFoundError):
             return self.path.read_bytes()
         return b""
 
-    def _is_named(self):
+    def _is_named(self) -> Any:
         """Whether the name still belongs to the locked file."""
         try:
             return os.path.samestat(os.fstat(self._file.fileno()), os.stat(self.path))

@@ -84,7 +84,7 @@ class Results(ResultFile):
         short = {name: some[0] for name, some in (("samples", rows), ("points", points)) if some}
         return tables | short | {name: self._rows(of) for name, of in SHORT.items() if of in self}
 
-    def _rows(self, name):
+    def _rows(self, name: str) -> Any:
         """Return the dimensions of the table where a dataset is a column, or has one per blade."""
         names = self.dimensions(name)
         return names[:-1] if len(names) > 1 and names[-1] == COLUMNS else names

@@ -14,7 +14,7 @@ import datetime
 import os
 import shutil
 import stat
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, Self
@@ -72,13 +72,13 @@ def lay_out(path: str | Path, plan: Plan) -> None:
         raise InputError(f"cannot write {path}: {reason(error)}") from None
 
 
-def _text(words):
+def _text(words: str) -> Any:
     """Return a text as an attribute of fixed length, which HDF5's checksums cover."""
     content = words.encode()
     return np.array(content, h5py.string_dtype("utf-8", max(1, len(content))))
 
 
-def _write_attributes(file, plan):
+def _write_attributes(file: Any, plan: Any) -> None:
     texts = {
         "program": "hpcrub",
         "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
@@ -107,7 +107,7 @@ def note_program(path: str | Path) -> None:
                 file.attrs[name] = _text(", ".join(dict.fromkeys([*known, value])))
 
 
-def _create_dataset(file, line, length):
+def _create_dataset(file: Any, line: Any, length: Any) -> None:
     """Create one dataset and allocate it now, which h5py's own call does not do for scalars."""
     dtype = np.dtype(line.dtype)
     creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
@@ -125,7 +125,7 @@ def _create_dataset(file, line, length):
     dataset.attrs["long_name"] = _text(line.description)
 
 
-def _attach_scales(file, plan):
+def _attach_scales(file: Any, plan: Any) -> None:
     """Attach to every axis its scale, which names the dimension for netCDF."""
     for line in plan.lines:
         for axis, dimension in enumerate(line.dimensions):
@@ -136,7 +136,7 @@ def _attach_scales(file, plan):
                 file[line.name].dims[axis].attach_scale(file[name])
 
 
-def _is_ours(path):
+def _is_ours(path: Any) -> Any:
     with contextlib.suppress(*DAMAGE), _open_to_read(path) as file:
         return str(_words(file.attrs["program"])) == "hpcrub"
     return False
@@ -205,7 +205,7 @@ class ResultFile:
     def __exit__(self, *error: object) -> None:
         self.close()
 
-    def _check_layout(self):
+    def _check_layout(self) -> None:
         attributes = self.attributes
         if str(attributes.get("program")) != "hpcrub":
             raise InputError(f"{self.path} is not a result file of hpcrub")
@@ -214,7 +214,7 @@ class ResultFile:
             by = f"(hpcrub {attributes.get('program_version')!s:.20}), this hpcrub {__version__}"
             raise InputError(f"{self.path} has layout {number!s:.20} {by} reads layout {NUMBER}")
 
-    def _config(self):
+    def _config(self) -> Any:
         try:
             return Config.from_yaml(str(self.attributes["config"]))
         except (InputError, KeyError) as error:
@@ -250,7 +250,7 @@ class ResultFile:
         return False
 
     @contextlib.contextmanager
-    def _damage(self):
+    def _damage(self) -> Iterator[None]:
         """Turn whatever HDF5 finds wrong with the file into an InputError of one line."""
         try:
             yield
@@ -261,7 +261,7 @@ class ResultFile:
         except DAMAGE as error:
             raise InputError(f"{self.path} is damaged ({reason(error)})") from None
 
-    def _dataset(self, name):
+    def _dataset(self, name: str) -> Any:
         if name not in self._datasets:
             with self._damage():
                 item = self._file.get(name)
@@ -333,7 +333,7 @@ class ResultFile:
         self._file.close()
 
 
-def _items_in(group, prefix=""):
+def _items_in(group: Any, prefix: str = "") -> Iterator[Any]:
     """Yield (name, dataset) of all datasets below a group, (name, None) of links, not followed."""
     # look a known name up instead: HDF5 may crash when it lists a damaged group
     for name in group:
@@ -345,7 +345,7 @@ def _items_in(group, prefix=""):
             yield f"{prefix}{name}", item
 
 
-def _require_own(path, name, dataset):
+def _require_own(path: Any, name: str, dataset: Any) -> None:
     if dataset is None or dataset.external or dataset.is_virtual:
         raise InputError(f"{path}: {name} is a link, or its data is stored elsewhere")
 
@@ -356,7 +356,7 @@ def read_arrays(path: str | Path) -> dict[str, Any]:
         return {name: _array(path, name, dataset) for name, dataset in _items_in(file)}
 
 
-def _array(path, name, dataset):
+def _array(path: Any, name: str, dataset: Any) -> Any:
     _require_own(path, name, dataset)
     held = dataset.id.get_storage_size()
     if dataset.nbytes > DEFLATED * held:
@@ -376,7 +376,7 @@ def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:
                 file.create_dataset(name, data=values, **(small if values.ndim else {}))
 
 
-def _open_to_read(path):
+def _open_to_read(path: Any) -> Any:
     try:
         return h5py.File(path, "r")
     except OSError as error:  # this process has it open to write, or the file system has no locks
@@ -385,5 +385,5 @@ def _open_to_read(path):
         raise
 
 
-def _words(value):
+def _words(value: Any) -> Any:
     return value.decode(errors="replace") if isinstance(value, bytes) else value

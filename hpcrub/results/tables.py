@@ -3,6 +3,7 @@
 import csv
 import itertools
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def columns(path: str | Path, names: tuple[str, ...], most: int) -> np.ndarray:
     return values[:, [columns.index(name) for name in names]]
 
 
-def _row(path, number, cells):
+def _row(path: Any, number: int, cells: Any) -> Any:
     values = [_number(cell) for cell in cells]
     for value, cell in zip(values, cells, strict=True):
         if value is None or not np.isfinite(value):
@@ -62,7 +63,7 @@ def _row(path, number, cells):
     return values
 
 
-def _number(text):
+def _number(text: str) -> Any:
     try:
         return float(text) if text.isascii() and "_" not in text else None
     except ValueError:

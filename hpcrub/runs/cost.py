@@ -2,7 +2,7 @@
 
 import time
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -86,7 +86,7 @@ def trial(
     return Trial(seconds_per_disk, until_steady, rate, kept, result)
 
 
-def _within_reason(modes, scene, speeds):
+def _within_reason(modes: Modes, scene: Scene, speeds: Any) -> tuple[Any, Any]:
     """Return speeds and scene of a trial within LONGEST: fewer speeds, then less time at each."""
     steady, some = scene.steady, speeds[:: -(-len(speeds) // WIDTH)]
     short = steady._replace(first_check=MEASURED_TIME, max_time=MEASURED_TIME)

@@ -104,14 +104,14 @@ def execute(
     team.together(lambda: law_of(run.config))  # what rank 0 sends may hold an object of its class
     prepared, warnings = team.on_root(lambda: examine(run, existing))
 
-    def go_on():
+    def go_on() -> None:
         if team.signal:
             raise Interrupted(f"{team.signal} came before {path} was opened")
 
     team.together(go_on)
     with contextlib.ExitStack() as stack:
 
-        def lock():
+        def lock() -> None:
             stack.callback(ownership.Lock(path).release)
 
         team.on_root(lock)
@@ -125,7 +125,7 @@ def execute(
     return (time.monotonic() - began) * team.size
 
 
-def _compute(team, run, prepared, warnings, log):
+def _compute(team: Team, run: Any, prepared: Any, warnings: list[str], log: Any) -> None:
     """Open the result file, compute what it lacks, and close it."""
     check = partial(result_files.check, run=run)
     file = team.together(lambda: ResultFile(run.config.output, team.comm, "r+", check))
@@ -141,7 +141,9 @@ def _compute(team, run, prepared, warnings, log):
     team.on_root(lambda: trouble.require_kept(file.path))
 
 
-def _fill(team, run, prepared, warnings, file, log):
+def _fill(
+    team: Team, run: Any, prepared: Any, warnings: list[str], file: ResultFile, log: Any
+) -> None:
     """Compute what the open result file lacks, then print the summary."""
     began = time.monotonic()
     lines = progress.Progress(run.config) if team.rank == 0 else None

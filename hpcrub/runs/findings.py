@@ -137,7 +137,7 @@ def growing(
     )
 
 
-def _longer(config, key):
+def _longer(config: Config, key: str) -> str:
     """Advice to give motions more time, unless the air excites a wave of the tuned disk."""
     if config.aero.exists and curve_of(config).damping_ratio.min() <= 0.0:
         return "the air excites the tuned disk, and no time is long enough: aero, or more mistuning"

@@ -100,18 +100,18 @@ class Job:
         """Print verdict and results (rank 0); seconds: wall time of this run."""
         self.study.print_results(self.file)
 
-    def _take_stock(self):
+    def _take_stock(self) -> Any:
         self.status = self.study.parts(self.file)
         self.n_finished = int(np.count_nonzero(self.status != PENDING))
 
-    def _plan(self):
+    def _plan(self) -> Any:
         """Write what is known, and plan the next round; without its tasks, None at the end."""
         planned = self.study.next_round(self.file)
         self.file.write(planned.known, ())
         self.tasks, self.expected = planned.tasks, planned.expected
         return planned._replace(tasks=(), known={}) if planned.tasks else None
 
-    def _compute(self, task, poll):
+    def _compute(self, task: Any, poll: Any) -> Any:
         """Compute and write one task, its status last. Returns its duration [s]."""
         start = time.perf_counter()
         for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
@@ -119,7 +119,7 @@ class Job:
         self.file.write({self.round.status: DONE}, task)
         return time.perf_counter() - start
 
-    def _collect(self, task, seconds):
+    def _collect(self, task: Any, seconds: Any) -> None:
         """Count a task that took some seconds, and tell how far the job is (rank 0)."""
         self.n_finished += np.size(self.status[task])  # a task may have several parts
         self.work += Work(1, 0, seconds)

@@ -34,13 +34,13 @@ def lay_out(path: str | Path, run: Run, attributes: dict[str, Any] | None = None
     storage.lay_out(path, plan)
 
 
-def _indices(run):
+def _indices(run: Any) -> dict[Any, Any]:
     """{dimension: scale} of the dimensions whose scale is an index and no dataset of the study."""
     there = {line.name for line in run.datasets()}
     return {d: name for d, name in run.scales().items() if name not in there}
 
 
-def _lines(run):
+def _lines(run: Any) -> Any:
     """All datasets of the result file."""
     return (*itertools.starmap(index_scale, _indices(run).items()), *run.datasets())
 
@@ -107,7 +107,7 @@ def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> No
             )
 
 
-def _knows_this_program(file):
+def _knows_this_program(file: ResultFile) -> bool:
     return provenance.program_text() in str(file.attributes.get("program_text")).split(", ")
 
 

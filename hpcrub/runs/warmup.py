@@ -9,6 +9,7 @@ from hpcrub.model.reduction import Modes
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import print_item
 from hpcrub.response import history, sweep
+from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import Problem
@@ -35,7 +36,7 @@ def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> No
     _load(tuned, problem.scene, histories)
 
 
-def _load(modes, scene, histories):
+def _load(modes: Modes, scene: Scene, histories: bool) -> None:
     """Integrate one contact point for a few steps, with Modes and Scene of the types given."""
     two = np.eye(1, 2)  # arrays of a single mode would have another memory layout
     few = Modes.planar(np.ones(2), two, two)

@@ -1,5 +1,7 @@
 """Modes of an elastic casing, from the sections of an input."""
 
+from typing import Any
+
 import numpy as np
 
 from hpcrub.config.casing import MOST_WAVES
@@ -38,7 +40,7 @@ def overtaken(config: Config, casing: CasingModes) -> tuple[np.ndarray, np.ndarr
     return of_all, others[modes.critical_speeds < highest]
 
 
-def _elastic(config):
+def _elastic(config: Any) -> Any:
     ring, tips = config.casing.ring, config.disk.tip_radius_mm
     radius = tips + ring.thickness_mm / 2.0 if ring.radius_mm is None else ring.radius_mm
     if radius + ring.thickness_mm / 2.0 < tips:
@@ -51,7 +53,7 @@ def _elastic(config):
     return Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)
 
 
-def _of_ring(config):
+def _of_ring(config: Any) -> CasingModes:
     ring, elastic = config.casing.ring, _elastic(config)
     try:
         return ring_modes(elastic, np.array(sorted(ring.waves)), ring.damping_ratio)
@@ -63,7 +65,7 @@ def _of_ring(config):
         ) from None
 
 
-def _of_table(pairs):
+def _of_table(pairs: Any) -> Any:
     n, frequency, mass, ratio, damping = np.array(
         sorted(tuple(pair.model_dump().values()) for pair in pairs)
     ).T

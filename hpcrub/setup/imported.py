@@ -1,7 +1,7 @@
 """Disks from model files: keys of the configuration, full and reduced model, figure geometry."""
 
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -77,7 +77,7 @@ def build(config: Config) -> tuple[NeutralModel | None, ReducedModel]:
     disk = None if model.kind == "reduced" else assembly.assemble(model)
     by_modes = config.mistuning.by == "cantilever_modes"
 
-    def reduce(speed):
+    def reduce(speed: Any) -> Any:
         if disk is None:
             return reduced.reduced_model(model, speed, by_modes)
         rows, basis = reduced.reduce_disk(disk, config.reduction.n_modes, speed)

@@ -48,7 +48,7 @@ def with_tables(config: Config) -> Config:
     return config
 
 
-def _filled(config, path, given, keys_of):
+def _filled(config: Config, path: Any, given: Any, keys_of: Any) -> Any:
     """Fill in the keys of a table; if the input gives them, too, they must be those of the table.
 
     The configuration of a result file has both, and the table may no longer be there.
@@ -83,7 +83,7 @@ def patterns(config: Config) -> np.ndarray:
     return deviations[: mistuning.samples]
 
 
-def _patterns(config):
+def _patterns(config: Any) -> Any:
     """Keys for measured disks: one level as wide as the largest deviation, each disk a sample."""
     mistuning, path = config.mistuning, config.mistuning.pattern_file
     if "half_range_percent" in mistuning.model_fields_set:
@@ -112,7 +112,7 @@ def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -
     return deviations
 
 
-def _table(key, path, names, most):
+def _table(key: str, path: Any, names: Any, most: Any) -> Any:
     """Columns (rows, names) of the table that a key names, of `most` rows at most."""
     try:
         return tables.columns(path, names, most)
@@ -120,14 +120,14 @@ def _table(key, path, names, most):
         raise InputError(f"{key}: {error}") from None
 
 
-def _modes(path):
+def _modes(path: Any) -> dict[Any, Any]:
     """Keys of the modes of a casing that vibrates."""
     names = tuple(CasingMode.model_fields)
     rows = _table("casing.modes_csv", path, names, MOST_MODES).tolist()
     return {"casing.modes": [dict(zip(names, row, strict=True)) for row in rows]}
 
 
-def _waves(path):
+def _waves(path: Any) -> dict[Any, Any]:
     """Keys of a family's waves; the sign of the diameters says which way a wave travels."""
     rows = _table("aero.waves_csv", path, WAVE_COLUMNS, MOST_WAVES)
     ways = {1.0: "forward", -1.0: "backward", 0.0: "neither"}
@@ -143,7 +143,7 @@ def _waves(path):
     return {"aero.waves": waves}
 
 
-def _profile(path):
+def _profile(path: Any) -> dict[Any, Any]:
     """Keys of a measured casing: its points sorted by angle, with 360° taken as 0°."""
     table = _table("casing.profile_csv", path, PROFILE_COLUMNS, MOST_POINTS + 1)
     angle, change = table.T

@@ -5,6 +5,7 @@ refused; a doubtful one continues, with warnings in its result file and under it
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +14,10 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import lines_of
 from hpcrub.model import families
 from hpcrub.model.casing import noise_left
-from hpcrub.model.reduction import mistuned_modes
+from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.linear import linear_peak
-from hpcrub.response.scene import can_touch
+from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.sliding import critical_friction, growth_rate
 from hpcrub.setup import imported
 from hpcrub.setup.disks import deviation
@@ -83,11 +84,11 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _rebound_warnings(config, problem)
 
 
-def _are_few(steps, wanted):
+def _are_few(steps: Any, wanted: Any) -> Any:
     return steps < wanted * (1.0 - 1e-9)
 
 
-def _slope_warnings(config):
+def _slope_warnings(config: Config) -> Iterator[str]:
     """Warn of a casing whose slope tilts contact forces, which are taken as radial."""
     slope = config.casing.outline.slope / config.disk.tip_radius
     if slope > STEEP:
@@ -98,7 +99,7 @@ def _slope_warnings(config):
         )
 
 
-def _step_warnings(config, problem):
+def _step_warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Warn of too few time steps for bumps, also where the casing is only grazed."""
     in_bump = resolution.bump_time(config) / config.step  # infinite without contact
     in_graze = resolution.bump_time(config, least=0.0) / config.step
@@ -137,7 +138,7 @@ def shape_errors(config: Config, problem: Problem, speeds_hz: np.ndarray) -> np.
         deviation(config, len(config.levels) - 1, k) for k in range(len(config.samples))[:COMPARED]
     ]
 
-    def size(modes):
+    def size(modes: Modes) -> Any:
         return linear_peak(modes.fixed, *load, scene.interface, n)[0]
 
     found = []
@@ -149,7 +150,7 @@ def shape_errors(config: Config, problem: Problem, speeds_hz: np.ndarray) -> np.
     return np.array(found)
 
 
-def _shape_warnings(config, problem):
+def _shape_warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Warn of shapes of the middle of the speeds where those of the ends differ too much."""
     if not problem.reduced.stiffening:
         return
@@ -165,7 +166,7 @@ def _shape_warnings(config, problem):
         )
 
 
-def _unit_warnings(config):
+def _unit_warnings(config: Config) -> Iterator[str]:
     """Warn of numbers that no rotor has and that wrong units give."""
     speed = 2.0 * np.pi * config.speeds.to_hz * config.disk.tip_radius
     share = config.clearance / config.disk.tip_radius
@@ -180,7 +181,7 @@ def _unit_warnings(config):
     )  # fmt: skip
 
 
-def _model_warnings(config):
+def _model_warnings(config: Config) -> Iterator[str]:
     """Warn of speeds beyond those of a model file's matrices."""
     known, asked = imported.known_speeds(config), config.speeds.values_hz[[0, -1]]
     if len(known) and (asked[0] < known.min() or asked[1] > known.max()):
@@ -191,7 +192,7 @@ def _model_warnings(config):
         )
 
 
-def _noise_warnings(config):
+def _noise_warnings(config: Config) -> Iterator[str]:
     """Warn of a measured casing whose noise, or smoothing, decides the results."""
     casing, outline = config.casing, config.casing.outline
     away = outline.smoothed_away
@@ -215,7 +216,7 @@ def _noise_warnings(config):
     )  # fmt: skip
 
 
-def _time_warnings(config, tuned):
+def _time_warnings(config: Config, tuned: Modes) -> Iterator[str]:
     """Warn of windows shorter than a period, and of times too short for transients to decay."""
     steady = config.steady_state
     decay = float((tuned.damping_ratios(config.damping) * tuned.rows.omega).min())  # slowest
@@ -239,7 +240,7 @@ def _time_warnings(config, tuned):
     )  # fmt: skip
 
 
-def _friction_warnings(scene, tuned):
+def _friction_warnings(scene: Scene, tuned: Modes) -> Iterator[str]:
     critical = critical_friction(tuned, scene.elastic_casing)
     if scene.friction > critical:
         rate = growth_rate(tuned, scene.damping_ratio, scene.friction)
@@ -269,7 +270,7 @@ def rebound_time(problem: Problem, stiffness: np.ndarray) -> float:
     return float(np.pi * np.sqrt((stored / squared).sum() / stored.sum()))
 
 
-def _rebound_warnings(config, problem):
+def _rebound_warnings(config: Config, problem: Problem) -> Iterator[str]:
     scene = problem.scene
     if not (scene.coating or scene.elastic_casing):
         return
@@ -287,7 +288,7 @@ def _rebound_warnings(config, problem):
         )
 
 
-def _mode_warnings(config, problem):
+def _mode_warnings(config: Config, problem: Problem) -> Iterator[str]:
     frequencies = np.sqrt(problem.reduced.tuned_eigenvalues) / (2.0 * np.pi)
     top, family = float(frequencies[-1]), float(frequencies[config.disk.n_blades - 1])
     passing = config.casing.main_order * config.speeds.to_hz

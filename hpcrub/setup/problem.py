@@ -50,7 +50,7 @@ def build_model(config: Config) -> Model:
     return Model(disk, in_air(config, reduced))
 
 
-def _planar(config):
+def _planar(config: Config) -> tuple[Any, Any]:
     try:
         with np.errstate(all="ignore"):
             disk = build_disk(config.disk, config.material)
@@ -143,7 +143,7 @@ def scene_of(config: Config, interface: Interface | None = None) -> Scene:
     )
 
 
-def _lanes(config):
+def _lanes(config: Config) -> Any:
     """Numbers of lanes for a configuration: as many as its speeds fill, and fewer at the end."""
     fit = enough(WIDTHS, max(map(len, speed_bands(config.speeds.values_hz))))
     many = config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None]

@@ -14,7 +14,7 @@ error, and differs from neither of them.
 Batch means: Law, Simulation Modeling and Analysis (2015), section 9.5.3.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -85,7 +85,7 @@ def split(motions: np.ndarray, level: float) -> np.ndarray:
     return fcluster(linkage(apart.max(axis=0), "complete"), 1.0, "distance") - 1
 
 
-def _means(motions):
+def _means(motions: Any) -> tuple[Any, Any, Any]:
     """Means (2, P), their standard errors (2, P), and the degrees of freedom of the errors."""
     n_batches = min(N_BATCHES, motions.shape[-1])
     length = motions.shape[-1] // n_batches
@@ -94,14 +94,14 @@ def _means(motions):
     return means.mean(axis=-1), means.std(axis=-1, ddof=1) / np.sqrt(n_batches), n_batches - 1
 
 
-def _chance(a, b, degrees, level):
+def _chance(a: Any, b: Any, degrees: Any, level: float) -> Any:
     """Difference of means with errors a and b that chance exceeds with probability `level`."""
     both = np.hypot(a, b)
     ratio = np.where(both > 0, (a**4 + b**4) / np.where(both > 0, both, 1.0) ** 4, 1.0)
     return -both * stdtrit(degrees / ratio, level / 2)
 
 
-def _link(branches, groups):
+def _link(branches: Any, groups: Any) -> Any:
     """Branch of each group (G,) int; `branches`, the last group of each branch, is modified."""
     from scipy.optimize import linear_sum_assignment  # as in `split`
 

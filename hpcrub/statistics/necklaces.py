@@ -6,6 +6,7 @@ Patterns that differ only by a rotation count as one, a *necklace*.
 from collections.abc import Iterator
 from itertools import product
 from math import gcd
+from typing import Any
 
 import numpy as np
 from scipy.special import bdtr
@@ -78,7 +79,7 @@ def neighbours(
     return list(words)[len(ranked) :]
 
 
-def _fill(words, n_blades, n_types, most, seed):
+def _fill(words: Any, n_blades: int, n_types: int, most: Any, seed: int) -> None:
     """Add random patterns to `words` until there are `most`."""
     drawn = np.random.Generator(np.random.Philox(seed))
     while len(words) < most:

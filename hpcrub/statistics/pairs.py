@@ -1,5 +1,7 @@
 """Statistics of pairs of numbers: rank correlation, density."""
 
+from typing import Any
+
 import numpy as np
 from scipy.stats import gaussian_kde, norm, spearmanr
 
@@ -35,6 +37,6 @@ def density(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
     return grid_x, grid_y, values / values.max()
 
 
-def _grid(values):
+def _grid(values: Any) -> Any:
     margin = 3.0 * values.std() * len(values) ** (-1 / 6) + 1e-6
     return np.linspace(values.min() - margin, values.max() + margin, N_GRID)

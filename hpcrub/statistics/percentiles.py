@@ -12,7 +12,7 @@ unit of the amplification and is not divided by the mean.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -130,7 +130,7 @@ def with_interval(
     return np.array([centre, *widened(centre, *ends, np.asarray(shared))])
 
 
-def _interval_ranks(n, q, z):
+def _interval_ranks(n: Any, q: Any, z: Any) -> tuple[Any, Any]:
     """Positions (P, K) of the intervals' lower and upper ends among n (K,) sorted values.
 
     NaN where there is no such end. Both are binomial quantiles, each from its own small tail,
@@ -143,7 +143,7 @@ def _interval_ranks(n, q, z):
     return np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)
 
 
-def _order_statistics(values, step, rank):
+def _order_statistics(values: Any, step: Any, rank: Any) -> Any:
     """Values at the positions rank (R, K) among the first step, 2 step, ... values, sorted.
 
     Between two values it interpolates; a position NaN gives NaN. NaN values are left out.
@@ -159,7 +159,7 @@ def _order_statistics(values, step, rank):
     return values_at
 
 
-def _at(ordered, rank):
+def _at(ordered: Any, rank: Any) -> Any:
     """Interpolate sorted values at the positions rank, with the rounding of numpy.percentile."""
     first = rank.astype(np.int64)
     t = rank - first
@@ -191,7 +191,7 @@ def first_converged(error: np.ndarray, target: float) -> int | None:
     return int(below[0]) + MIN_VALUES if len(below) else None
 
 
-def _mean_and_error(percentile, z):
+def _mean_and_error(percentile: Any, z: Any) -> tuple[Any, Any]:
     """Mean of p_1 ... p_k and equation (6) for every k; percentile (P, K), NaN left out."""
     known = np.isfinite(percentile)
     count = known.cumsum(axis=1)

@@ -6,7 +6,7 @@ leaves values out by bisection. Each step depends only on the disks computed so 
 resumed after an interruption takes the same steps.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -77,7 +77,7 @@ class Search(NamedTuple):
         certain = certain[certain != UNKNOWN]
         return int(np.count_nonzero(np.diff(certain))) <= 1
 
-    def _boundary(self, sides, final, side):
+    def _boundary(self, sides: Any, final: Any, side: Any) -> Any:
         """Value to test between the last value on a side and the first final value beyond it.
 
         None if these two are neighbours, or if both ends are on one side of the target.
@@ -93,6 +93,6 @@ class Search(NamedTuple):
         begun = [v for v in between if self.n_done[v] > 0]
         return int(begun[0] if begun else between[(len(between) - 1) // 2])
 
-    def _more(self, value):
+    def _more(self, value: Any) -> tuple[Any, Any]:
         more = max(FIRST_DISKS, int(np.ceil(GROWTH * self.n_done[value])))
         return value, min(more, self.most)

@@ -32,7 +32,7 @@ def open_result(
     Raises InputError, which says what is wrong with the file.
     """
 
-    def check(file):
+    def check(file: ResultFile) -> None:
         if config is not None:
             result_files.check_config(file, config)
         result_files.check(file, run_of(file.config))

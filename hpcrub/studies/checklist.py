@@ -29,13 +29,13 @@ LEAST_CHANGE = 0.01  # smallest mean change of the disks that counts [-]
 LARGE_CHANGE = 0.05  # mean change by grid, step or model that makes a study useless [-]
 
 
-def _smaller_clearance(c):
+def _smaller_clearance(c: Any) -> dict[Any, Any]:
     if c.casing.running is None:
         return {"casing.clearance_mm": 0.9 * c.casing.clearance_mm}
     return {"casing.clearance_hz_mm": [[hz, 0.9 * 1e3 * gap] for hz, gap in c.casing.running]}
 
 
-def _higher_harmonics(c):
+def _higher_harmonics(c: Any) -> dict[Any, Any]:
     higher = [h.model_dump() | {"amplitude_mm": 1.1 * h.amplitude_mm} for h in c.casing.harmonics]
     return {"casing.harmonics": higher} if higher else {}
 
@@ -165,12 +165,12 @@ def moved(size: np.ndarray) -> list[tuple[float, float, float]]:
     return moves
 
 
-def _n_disks(config):
+def _n_disks(config: Config) -> Any:
     """Number of disks: the tuned one, and mistuned ones up to the number of samples."""
     return 1 + min(config.checklist.disks, config.mistuning.samples)
 
 
-def _counts(mean, error):
+def _counts(mean: Any, error: Any) -> bool:
     """Whether a change is larger than chance and than LEAST_CHANGE."""
     return bool(abs(mean) > max(error, LEAST_CHANGE))
 

@@ -43,7 +43,7 @@ LAYOUT = (
 )
 
 
-def _chunks(config):
+def _chunks(config: Config) -> Any:
     return -(-config.mistuning.samples // CHUNK)
 
 
@@ -54,7 +54,7 @@ class Start(NamedTuple):
     speed: float | None  # [rad/s]; None: the stiffness is that of one speed, or they never meet
 
 
-def _starts(config, model):
+def _starts(config: Config, model: Any) -> Any:
     """A Start for every load; `model` itself as often as its stiffness does not change."""
     reduced, starts = model.reduced, []
     diameters = cyclic.tuned_diameters(reduced)
@@ -66,7 +66,7 @@ def _starts(config, model):
     return starts
 
 
-def _modes(config, starts, blades):
+def _modes(config: Config, starts: Any, blades: Any) -> list[Any]:
     """Modes of one disk for every load; the same ones where the stiffness does not change."""
     found = {}
     for model, speed in starts:
@@ -75,10 +75,10 @@ def _modes(config, starts, blades):
     return [found[start.speed] for start in starts]
 
 
-def _peaks(config, starts, modes, blades, observed="observed"):
+def _peaks(config: Config, starts: Any, modes: Any, blades: Any, observed: str = "observed") -> Any:
     """Largest amplitude [m] and its speed [Hz] under every load, (D, 2)."""
 
-    def at(model, speed):
+    def at(model: Any, speed: Any) -> Any:
         modes = modes_of(config, model, blades, speed)
         return modes._replace(observed=getattr(modes, observed))
 

@@ -15,6 +15,7 @@ from hpcrub.model.imported import cyclic
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cartesian
 from hpcrub.model.imported.neutral import contact_rows, stiffness_at
+from hpcrub.model.reduction import ReducedModel
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, USELESS, Finding
@@ -72,7 +73,7 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     yield "shapes", (), np.moveaxis(xyz / largest, 2, 0)
 
 
-def _of_reduced(config, reduced, diameters):
+def _of_reduced(config: Config, reduced: ReducedModel, diameters: Any) -> Iterator[Any]:
     """Modes and first family of the reduced model; diameters: nodal diameters of the modes."""
     yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
     yield "reduced/nodal_diameters", (), diameters
@@ -80,7 +81,7 @@ def _of_reduced(config, reduced, diameters):
     yield "blade_share", (), families.share(reduced)
 
 
-def _diameters(shapes, n_blades):
+def _diameters(shapes: Any, n_blades: int) -> Any:
     """Nodal diameters of modes (n, K) whose dof are sorted by sector, each in its own frame."""
     sectors = shapes.reshape(n_blades, -1, shapes.shape[1])
     angle = 2 * np.pi * np.arange(n_blades) / n_blades
@@ -193,7 +194,7 @@ class Modal(Study):
             )
 
 
-def _first_families(file):
+def _first_families(file: ResultFile) -> list[Any]:
     """Frequencies of the first family [Hz], of the full model and of the reduced one."""
     n = file.config.disk.n_blades
     return [file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced")]

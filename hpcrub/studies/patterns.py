@@ -112,7 +112,7 @@ class Rounds:
                 return
         self.left = self.left[: self.config.patterns.kept]
 
-    def _rank(self, n):
+    def _rank(self, n: Any) -> bool:
         """Rank the patterns left by their first n disks; returns whether these are all done."""
         here = np.append(0, self.left)
         if (self.status[here, :n] == PENDING).any():
@@ -125,7 +125,7 @@ class Rounds:
         self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
         return True
 
-    def _name(self, n):
+    def _name(self, n: Any) -> None:
         """Let the last n patterns, which are not known yet, be neighbours of the best."""
         ranked = [tuple(word) for word in self.words[self.left].tolist()]
         n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
@@ -289,7 +289,7 @@ def _in_words(percentile: float) -> str:
     return f"{percentile:.3f}" if np.isfinite(percentile) else "infinite (flutter)"
 
 
-def _in_contact(file, pattern):
+def _in_contact(file: ResultFile, pattern: Any) -> str:
     """Percentiles of the amplitudes in contact of a pattern's disks, in words."""
     size = finite(1e3 * file.read("contact_amplitude_m", pattern))
     if not size.size:

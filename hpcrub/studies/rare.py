@@ -172,7 +172,7 @@ def probability_in_words(file: ResultFile) -> str:
     return f"{text}, {side} the {percent(limits.probability_below)} % asked for"
 
 
-def _supposed(config):
+def _supposed(config: Config) -> tuple[Any, int]:
     """Assumed probability, and the number of disks that the goal needs with it."""
     below = config.limits.probability_below
     chance = SUPPOSED if below is None else below / 3.0

@@ -47,7 +47,7 @@ LAYOUT = (
 )
 
 
-def _times(config):
+def _times(config: Config) -> list[Any]:
     """Times of the checks, and those at which the blocks of the history end [s]."""
     span, grid = (config.speeds.from_hz, config.history.duration_s), scene_of(config)
     turn = cut_revolution(span[0], grid)
@@ -55,7 +55,7 @@ def _times(config):
     return [number / (span[0] * turn.blocks_per_revolution) for number in blocks]
 
 
-def _judged(followed, task):
+def _judged(followed: Any, task: Any) -> Iterator[Any]:
     """Status and amplitude of a disk, and the time of the check that they come from."""
     yield "judged_s", task, followed.time
     yield "point_status", task, followed.verdict.status
@@ -70,7 +70,7 @@ def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> 
     return scene.casing.gap(clearance, time[:, None], scene.ramp_time, angle, radial)
 
 
-def _motion(pieces, followed):
+def _motion(pieces: Any, followed: Any) -> tuple[Any, Any, Any]:
     """Times, forces, positions and casing of all pieces, worn depths, and the last Piece."""
     parts, worn_depth, piece = [], [], None
     for piece in pieces:
@@ -81,7 +81,7 @@ def _motion(pieces, followed):
     return map(np.concatenate, zip(*parts, strict=True)), worn_depth, piece
 
 
-def _tests(followed, task, tangential):
+def _tests(followed: Any, task: Any, tangential: Any) -> Iterator[Any]:
     """Tip, correlation and change of amplitude in the steady-state test at every check."""
     tips = np.zeros(len(followed.checks), dtype=int)
     correlated, change = np.zeros((2, len(tips)))

@@ -47,7 +47,7 @@ def stored(name: str, matrix: Any) -> dict:
 class Arrays:
     """The arrays of a file; each method removes one and raises InputError if it is wrong."""
 
-    def __init__(self, arrays):
+    def __init__(self, arrays: Any) -> None:
         self.left = dict(arrays)
 
     def has(self, name: str) -> bool:
@@ -59,7 +59,7 @@ class Arrays:
         if self.left:
             raise InputError(f"{min(self.left)}: no array of a model file has this name")
 
-    def _take(self, name, default=None):
+    def _take(self, name: str, default: Any = None) -> Any:
         if name not in self.left and default is None:
             raise InputError(f"{name}: this array is missing")
         return np.asarray(self.left.pop(name, default))
@@ -81,7 +81,7 @@ class Arrays:
             raise InputError(f"{name}: one whole number is expected")
         return int(value.item())
 
-    def _checked(self, name, value, kinds, what, shape):
+    def _checked(self, name: str, value: Any, kinds: Any, what: Any, shape: Any) -> Any:
         """Return the values if their kind and shape are right; None stands for any length."""
         fits = value.ndim == len(shape) and all(
             wanted in (None, length) for wanted, length in zip(shape, value.shape, strict=True)
@@ -108,7 +108,7 @@ class Arrays:
         """Take a dense or sparse matrix (n_rows, n); n is the number of rows of dof."""
         return finite(name, self._matrix(name, n_rows, n))
 
-    def _matrix(self, name, n_rows, n):
+    def _matrix(self, name: str, n_rows: int, n: Any) -> Any:
         if f"{name}/{PARTS[0]}" in self.left:
             parts = tuple(self._take(f"{name}/{part}") for part in PARTS)
             try:

@@ -1,5 +1,7 @@
 """Assembly of a whole disk from a neutral model: sectors, supports, blades, contact points."""
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
@@ -33,7 +35,7 @@ def pair_sides(
     return low, high, error
 
 
-def _pair(nodes, low, high, n_sectors):
+def _pair(nodes: Any, low: Any, high: Any, n_sectors: int) -> tuple[Any, Any, float]:
     from scipy.spatial import cKDTree  # slow to import, and needed by imports only
 
     if not np.isfinite(nodes[np.concatenate([low, high])]).all():
@@ -78,7 +80,7 @@ def assemble(model: NeutralModel) -> NeutralModel:
         model = _unfold(model)
     free = np.setdiff1d(np.arange(len(model.dof)), model.fixed)
 
-    def of_free(matrix):
+    def of_free(matrix: Any) -> Any:
         return matrix[free][:, free].tocsr()
 
     blade = model.blade_stiffness
@@ -94,13 +96,13 @@ def assemble(model: NeutralModel) -> NeutralModel:
     return disk if blade is None else disk._replace(row_blade=blade_of_rows(disk))
 
 
-def _unfold(model):
+def _unfold(model: Any) -> Any:
     """Repeat a sector in cylindrical node frames around the disk, to a model of kind "disk"."""
     rows, own = disk_rows(model)
     n, N, n_nodes = rows.max() + 1, model.n_sectors, len(model.nodes)
     n_places = len(model.stress_blade)
 
-    def whole(matrix, at):
+    def whole(matrix: Any, at: Any) -> Any:
         """Sum of the sectors' matrices; at: where the rows of each sector go (N, any)."""
         entries = sp.coo_array(matrix)
         i, j = at[:, entries.row].ravel(), rows[:, entries.col].ravel()

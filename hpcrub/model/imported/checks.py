@@ -129,7 +129,7 @@ def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
     return (force / size).max(axis=1)
 
 
-def _check_stress(model):
+def _check_stress(model: Any) -> None:
     lost = np.flatnonzero(np.asarray(abs(model.stress).sum(axis=1)) == 0.0)
     if len(lost):
         raise InputError(
@@ -145,7 +145,7 @@ def _check_stress(model):
         )
 
 
-def _check_blade_stiffness(model):
+def _check_blade_stiffness(model: Any) -> None:
     if model.blade_stiffness is None:
         return
     own, whole = model.blade_stiffness, np.abs(model.stiffness[0].diagonal())
@@ -158,7 +158,7 @@ def _check_blade_stiffness(model):
         )
 
 
-def _check_mass(model, mass, radius):
+def _check_mass(model: Any, mass: Any, radius: Any) -> None:
     placed = np.isfinite(radius)
     size = np.pi * radius[placed].max() ** 2 * np.ptp(model.nodes[placed, 2])
     if not mass > 0:
@@ -169,7 +169,7 @@ def _check_mass(model, mass, radius):
         )
 
 
-def _check_contact_nodes(model, radius):
+def _check_contact_nodes(model: Any, radius: Any) -> None:
     at = radius[model.contact_node]
     if not np.isfinite(at).all():
         node = model.contact_node[~np.isfinite(at)][0]

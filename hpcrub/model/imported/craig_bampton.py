@@ -64,7 +64,7 @@ def like_rows(disk: NeutralModel) -> np.ndarray:
     return disk.row[placed[np.array(orbit)[:, first]]].reshape(N, -1)
 
 
-def _families(K, M, n_modes, factor, like):
+def _families(K: Any, M: Any, n_modes: int, factor: Any, like: Any) -> Any:
     """Lowest modes by whole families; by frequency alone where the mesh is not cyclic."""
     like = like[:, (like >= 0).all(axis=0)]
     if not like.size:
@@ -117,7 +117,7 @@ def lowest_modes(
     return values, modes
 
 
-def _lowest_modes(K, M, n_modes, factor):
+def _lowest_modes(K: Any, M: Any, n_modes: int, factor: Any) -> tuple[Any, Any]:
     n = K.shape[0]
     if n < SMALLEST or n_modes > n // 6:
         # the inverse problem, M y = K y / w^2: inner nodes of elements may have no mass
@@ -144,7 +144,7 @@ def _lowest_modes(K, M, n_modes, factor):
         V = np.hstack([V, V_next])
 
 
-def _orthonormal(W, M):
+def _orthonormal(W: Any, M: Any) -> tuple[Any, Any]:
     """Return Q, orthonormal in M, and the upper triangle R of W = Q R."""
     R = cholesky(W.conj().T @ (M @ W))
     return solve_triangular(R, W.T, trans="T").T, R

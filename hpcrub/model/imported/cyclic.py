@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -80,14 +81,14 @@ def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list
         yield small, T.conj().T @ M @ T
 
 
-def _sector_modes(model, speed):
+def _sector_modes(model: Any, speed: Any) -> Iterator[Any]:
     """Yield the lowest modes of 0, 1, ... nodal diameters, on all rows of a cylindrical sector."""
     for diameters in range(model.n_blades // 2 + 1):
         P, K, M = wave_matrices(model, diameters, speed)
         yield P @ lowest_modes(K, M, MODES_PER_DIAMETER)[1]
 
 
-def _disk_modes(model, speed):
+def _disk_modes(model: Any, speed: Any) -> Iterator[Any]:
     """Yield the lowest modes of a whole disk with 0, 1, ... nodal diameters."""
     n_modes = MODES_OF_DISK * model.n_blades
     K, M = stiffness_at(model.stiffness, speed), model.mass

@@ -1,5 +1,7 @@
 """Conversion of displacements between Cartesian axes and the cylindrical frame of each node."""
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -33,7 +35,7 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
         return model
     T = turn(model.dof, model.nodes)
 
-    def turned(matrix):
+    def turned(matrix: Any) -> Any:
         if matrix is None or matrix.ndim == 2:
             return matrix if matrix is None else T.T @ matrix @ T
         return np.stack([turned(one) for one in matrix])

@@ -155,7 +155,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
     return model if kind == "sector" else _alike(model)
 
 
-def _alike(model):
+def _alike(model: Any) -> Any:
     """Put the contact points of every blade in the order of one blade's, as their places tell.
 
     Raises InputError for blades that are not numbered around the disk, one way or the other.
@@ -209,7 +209,7 @@ def to_arrays(model: NeutralModel) -> dict:
     return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
 
 
-def _check_members(model):
+def _check_members(model: Any) -> None:
     for name in ("contact_node", "low", "high", "surface"):
         _check_inside(name, "node", getattr(model, name), len(model.nodes))
     _check_inside("fixed", "row", model.fixed, len(model.dof))
@@ -234,7 +234,7 @@ def _check_members(model):
         _check_blades(model)
 
 
-def _check_sector(model):
+def _check_sector(model: Any) -> None:
     if not 2 <= model.n_sectors <= MOST_BLADES:
         raise InputError(
             f"n_sectors: {model.n_sectors}; a sector needs their number, 2 to {MOST_BLADES}"
@@ -249,7 +249,7 @@ def _check_sector(model):
         )
 
 
-def _check_blades(model):
+def _check_blades(model: Any) -> None:
     _check_inside("stress_blade", "blade", model.stress_blade, model.n_blades)
     blades = np.unique(model.contact_blade)
     missing = np.flatnonzero(blades != np.arange(len(blades)))
@@ -266,7 +266,7 @@ def _check_blades(model):
             raise InputError(f"{name}: of {len(values)} blades, contact_blade names {len(blades)}")
 
 
-def _check_dof(dof, n_nodes):
+def _check_dof(dof: Any, n_nodes: int) -> None:
     if not len(dof):
         raise InputError("dof: no rows")
     wrong = (dof[:, 1] < 0) | (dof[:, 1] > 6)
@@ -278,7 +278,7 @@ def _check_dof(dof, n_nodes):
         raise InputError("dof: a node has two rows in the same direction")
 
 
-def _check_inside(name, what, numbers, n):
+def _check_inside(name: str, what: Any, numbers: Any, n: Any) -> None:
     wrong = numbers[(numbers < 0) | (numbers >= n)]
     if len(wrong):
         raise InputError(f"{name}: there is no {what} {wrong[0]}, {what}s run from 0 to {n - 1}")
@@ -299,7 +299,7 @@ def units(text: str, name: str = "units") -> tuple[float, float, float]:
         ) from None
 
 
-def _flip(turns):
+def _flip(turns: Any) -> Any:
     """Signs that turn x, y, z (and r, theta, z) so that the disk rotates positively about z.
 
     They turn the axes by half a turn about x, so that a clockwise disk is seen from behind.
@@ -309,7 +309,7 @@ def _flip(turns):
     return np.array([1.0, turns, turns])
 
 
-def _unit_normals(normal):
+def _unit_normals(normal: Any) -> Any:
     wrong = ~((np.abs(np.linalg.norm(normal, axis=1) - 1.0) < UNIT) & (normal[:, 0] > 0.0))
     if (wrong | (np.abs(normal[:, 1]) > UNIT)).any():
         raise InputError(
@@ -319,7 +319,7 @@ def _unit_normals(normal):
     return normal
 
 
-def _stiffness(left, n, time):
+def _stiffness(left: Any, n: Any, time: Any) -> Any:
     """Return (K0,) or (K0, K1, K2), in the file's units, and the speeds that they were made of."""
     if left.has("K"):
         return (left.symmetric("K", n),), np.zeros(0)
@@ -336,7 +336,7 @@ def _stiffness(left, n, time):
     return polynomial([left.symmetric(name, n) for name in AT_SPEEDS], of_file), np.abs(speeds)
 
 
-def _blade_stiffness(left, kind, n, scale, work):
+def _blade_stiffness(left: Any, kind: Any, n: Any, scale: Any, work: Any) -> Any:
     if not left.has("K_blade"):
         return None
     if kind != "reduced":
@@ -345,7 +345,7 @@ def _blade_stiffness(left, kind, n, scale, work):
     return np.stack([_scaled(symmetric("K_blade", k), scale, work) for k in blades])
 
 
-def _blade_modes(left, n, scale):
+def _blade_modes(left: Any, n: Any, scale: Any) -> dict[Any, Any]:
     if not left.has("blade_frequencies_hz"):
         return {}
     frequencies = left.floats("blade_frequencies_hz", None)
@@ -355,7 +355,7 @@ def _blade_modes(left, n, scale):
     return {"blade_frequencies": frequencies, "participation": participation * scale}
 
 
-def _stress(left, kind, n, scale, unit):
+def _stress(left: Any, kind: Any, n: Any, scale: Any, unit: Any) -> dict[Any, Any]:
     if not left.has("stress"):
         return {"stress": np.zeros((0, n)) if kind == "reduced" else sp.csr_array((0, n))}
     blade = left.integers("stress_blade")
@@ -368,7 +368,7 @@ def _stress(left, kind, n, scale, unit):
     return {"stress": stress, "stress_blade": blade, "stress_static": static}
 
 
-def _scaled(matrix, scale, factor):
+def _scaled(matrix: Any, scale: Any, factor: Any) -> Any:
     """Matrix in SI units; scale: of each row's displacement (n,), factor: of the unit of work."""
     if np.all(scale == 1.0) and factor == 1.0:
         return matrix

@@ -1,5 +1,7 @@
 """Conversion of imported models to the ReducedModel that every study starts from."""
 
+from typing import Any
+
 import numpy as np
 
 from hpcrub.errors import InputError
@@ -111,7 +113,7 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
     return result
 
 
-def _check_blades(model):
+def _check_blades(model: Any) -> None:
     """Raise InputError when the blades' stiffness cannot be a part of the disk's stiffness."""
     if model.modal_blade_stiffness.any():
         scale = 1.0 / np.sqrt(model.tuned_eigenvalues)

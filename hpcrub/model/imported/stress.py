@@ -5,6 +5,7 @@ squares fit to displacements and stresses of some modes gives this function for 
 """
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -129,6 +130,6 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     return np.sqrt(1.5 * (_deviator(stress) ** 2).sum(axis=(-2, -1)))
 
 
-def _deviator(stress):
+def _deviator(stress: Any) -> Any:
     mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0
     return stress - mean * np.eye(3)

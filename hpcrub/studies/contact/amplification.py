@@ -138,7 +138,7 @@ def join(parts: dict[int, Any]) -> Any:
     return Integrated(whole, seconds, half_step=half)
 
 
-def _joined(parts):
+def _joined(parts: Any) -> Any:
     """Join {p: SweepResult} of n parts to one; None where the parts are None."""
     if parts[0] is None:
         return None

@@ -3,6 +3,9 @@
 The verdict stands in the summary and in the file; its first lines stand below the figures.
 """
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from hpcrub import effects
@@ -30,7 +33,7 @@ def short(file: ResultFile) -> list[str]:
     return verdict(file).lines[:2]
 
 
-def _findings(file, counts):
+def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
     config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY]) - counts.growing
     yield from findings.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
     lost = sum(survey.n_failed(file, level) for level in config.levels)
@@ -53,7 +56,7 @@ def _findings(file, counts):
     yield from _reference(file)
 
 
-def _speeds(file, counts):
+def _speeds(file: ResultFile, counts: Any) -> Iterator[Any]:
     """Peaks at an end of the speeds, and peaks that the steps between speeds may miss."""
     n, speeds = counts.n_peaks, file.config.speeds
     yield from findings.at_the_ends(file.config, counts.lowest, counts.highest, n, most=MOST_LOST)
@@ -74,7 +77,7 @@ def _speeds(file, counts):
         )
 
 
-def _half_step(file):
+def _half_step(file: ResultFile) -> Iterator[Any]:
     """Change of the peaks of the disks that were run with half the time step, too."""
     if "tuned/half_step_peak_m" not in file:
         advice = "no disk was run with another step (mistuning.checked_samples)"
@@ -104,7 +107,7 @@ def half_step_moves(file: ResultFile) -> np.ndarray:
     return finite(half / whole - 1.0)
 
 
-def _errors(file, counts):
+def _errors(file: ResultFile, counts: Any) -> Iterator[Any]:
     """Standard errors of peaks that are means; they hold for the same motion continued."""
     error, share = 2.0 * counts.error, counts.peaks[AVERAGED] / counts.n_peaks
     if np.isfinite(error):
@@ -117,7 +120,7 @@ def _errors(file, counts):
         )
 
 
-def _reference(file):
+def _reference(file: ResultFile) -> Iterator[Any]:
     """Uncertainty of the tuned disk, to which all amplifications are relative."""
     runs, equal = finite(file.read("tuned/run_peaks_m")), survey.unstable_peak(file)
     if np.isfinite(equal):

@@ -1,6 +1,7 @@
 """Lines about limits: largest amplitude, and probabilities of exceeding limits."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -61,7 +62,7 @@ def engines_lines(file: ResultFile, usable: bool) -> Iterator[str]:
             )
 
 
-def _stresses(file, level):
+def _stresses(file: ResultFile, level: int) -> Any:
     """Largest stress of every finished disk of a level [Pa]; none where it is not known."""
     if file.config.observes_stress:
         return finished(file, level, "peak_stress_pa")
@@ -70,7 +71,7 @@ def _stresses(file, level):
     return file.config.limits.stress_per_metre * finished(file, level, "peak_amplitude_m")
 
 
-def _condition(config):
+def _condition(config: Config) -> str:
     """Assumption on which a stress rests, in words; empty for one that is just computed."""
     if config.is_goodman:
         return " (raised by Goodman's line for the rotation)"
@@ -79,7 +80,7 @@ def _condition(config):
     return f" (if it moves in the mode for which {config.limits.stress_mpa_per_mm:g} MPa/mm holds)"
 
 
-def _stress_in_words(config):
+def _stress_in_words(config: Any) -> str:
     """Limit of the stress and its assumptions, in words."""
     limits = config.limits
     if config.is_goodman:

@@ -13,6 +13,7 @@ import os
 from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -81,13 +82,13 @@ def merge(
     return int(np.count_nonzero(status != PENDING)), status.size
 
 
-def _is_part(path):
+def _is_part(path: Any) -> Any:
     with contextlib.suppress(InputError), ResultFile(path) as file:
         return file.config.is_part
     return False
 
 
-def _survey(out, paths, samples):
+def _survey(out: Any, paths: Any, samples: Any) -> tuple[Any, Any, Any]:
     """Data that all parts share: Config of the whole, results of the tuned disk, attributes.
 
     The attributes name programs and libraries, and hold the warnings. Raises InputError for parts
@@ -115,7 +116,7 @@ def _survey(out, paths, samples):
     return config, tuned, attributes
 
 
-def _whole_config(part, out, samples):
+def _whole_config(part: Any, out: Any, samples: Any) -> Any:
     if part.config.convergence.stop_when_converged:
         raise InputError(f"{part.path} stops when it has converged: it cannot be part of another")
     end = part.config.samples.stop
@@ -125,7 +126,7 @@ def _whole_config(part, out, samples):
     return part.config.replace(keys | ({"mistuning.samples": samples} if samples else {}))
 
 
-def _same_tuned(tuned, path, other_tuned, other_path):
+def _same_tuned(tuned: Any, path: Any, other_tuned: Any, other_path: Any) -> None:
     differ = [n for n in sorted(tuned) if tuned[n].tobytes() != other_tuned[n].tobytes()]
     if differ:
         raise InputError(
@@ -134,7 +135,7 @@ def _same_tuned(tuned, path, other_tuned, other_path):
         )
 
 
-def _fill(path, parts_paths, run, tuned):
+def _fill(path: Any, parts_paths: Any, run: Any, tuned: Any) -> Any:
     """Write the contents of the parts into the laid-out file; returns the status of all samples."""
     with ResultFile(path, mode="r+") as whole:
         if tuned:
@@ -146,7 +147,7 @@ def _fill(path, parts_paths, run, tuned):
         return whole.status
 
 
-def _copy(part, whole):
+def _copy(part: Any, whole: Any) -> None:
     """Copy the finished samples of a part into the whole file, a group of samples at a time."""
     names = [f"samples/{name}" for name in contact_file.names(part, "samples")]
     start, n_samples = part.config.samples.start, len(part.config.samples)

@@ -8,6 +8,7 @@ a sample before the tuned disk is complete waits, with the sample in its memory,
 """
 
 import time
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,10 +16,12 @@ import numpy as np
 from hpcrub import effects
 from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, Interrupted
+from hpcrub.model.reduction import Modes
 from hpcrub.ranks.parallel import PAUSE
 from hpcrub.ranks.progress import console, duration
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
+from hpcrub.response.scene import Scene
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.runs.job import Job
 from hpcrub.setup.disks import deviation, modes_of
@@ -104,7 +107,7 @@ class MonteCarlo(Job):
             text += f", {rate / 1e6:.3g} million steps per second and core"
         console().print(text)
 
-    def _take_stock(self):
+    def _take_stock(self) -> Any:
         """Read the results in the file, and plan the tasks (rank 0).
 
         Returns the Reference, None if it is missing, and the number of tasks.
@@ -124,11 +127,11 @@ class MonteCarlo(Job):
             self.progress.start(self.status)
         return self.reference, len(self.tasks)
 
-    def _is_useless(self):
+    def _is_useless(self) -> Any:
         """Whether no amplitude can be divided by the reference."""
         return self.reference and not self.reference.usable
 
-    def _pending(self):
+    def _pending(self) -> Iterator[Any]:
         """Pairs (level, sample) of the samples to compute."""
         for sample in range(self.status.shape[1]):
             for level in np.flatnonzero(self.status[:, sample] == PENDING):
@@ -136,7 +139,7 @@ class MonteCarlo(Job):
 
     # any rank
 
-    def _compute(self, task, poll):
+    def _compute(self, task: Any, poll: Any) -> Any:
         """Write a whole sample and return its Outcome; of any other task, return the Integrated.
 
         A sample without a usable reference is not written, and None is returned.
@@ -164,7 +167,7 @@ class MonteCarlo(Job):
             time.sleep(0.0 if self.reference else PAUSE)
         return self._finish(task, blades, modes, response) if self.reference.usable else None
 
-    def _integrate(self, modes, scene, task, poll, is_checked):
+    def _integrate(self, modes: Modes, scene: Scene, task: Any, poll: Any, is_checked: bool) -> Any:
         start, half = time.perf_counter(), None
         part = range(task.part, len(self.speeds_hz), task.n_parts)
         how: dict[str, Any] = {"selection": part, "observers": self.observers}
@@ -174,7 +177,7 @@ class MonteCarlo(Job):
             half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, **how)
         return amplification.Integrated(result, time.perf_counter() - start, half_step=half)
 
-    def _finish(self, task, blades, modes, response):
+    def _finish(self, task: Any, blades: Any, modes: Modes, response: Any) -> Any:
         """Write a sample that has been integrated; returns its Outcome."""
         start = time.perf_counter()
         values, message = {"deviation": blades, "status": FAILED}, response.message
@@ -192,7 +195,7 @@ class MonteCarlo(Job):
         numbers = tuple(values.get(kind.of, np.nan) for kind in self.kinds)
         return Outcome(values["status"], numbers, work, message)
 
-    def _amplifications(self, modes, blades, amplitude):
+    def _amplifications(self, modes: Modes, blades: Any, amplitude: Any) -> dict[Any, Any]:
         """Amplifications of one sample, and its status."""
         linear = amplification.linear_amplitude(self.config, self.prepared, modes, blades)
         stable = np.isfinite(linear) and np.isfinite(self.reference.linear)  # else in flutter
@@ -205,7 +208,7 @@ class MonteCarlo(Job):
 
     # rank 0
 
-    def _collect(self, task, result):
+    def _collect(self, task: Any, result: Any) -> Any:
         """Record a finished task; returns whether no further task is needed."""
         if result is None:
             return False
@@ -222,7 +225,7 @@ class MonteCarlo(Job):
         self.progress.sample(*where, result, self.numbers[0])
         return self._is_enough()
 
-    def _collect_tuned(self, task, response):
+    def _collect_tuned(self, task: Any, response: Any) -> Any:
         self.work += Work(0, response.n_steps, response.seconds)
         self.runs[task.run][task.part] = response
         done = [p.result.point_status for parts in self.runs for p in parts.values()]
@@ -238,7 +241,7 @@ class MonteCarlo(Job):
             self.progress.start(self.status)
         return self._is_useless()
 
-    def _collect_part(self, task, response):
+    def _collect_part(self, task: Any, response: Any) -> None:
         """Record a part of a sample; after the last part, queue the sample for a rank to write."""
         parts = self.parts.setdefault((task.level, task.sample), {})
         parts[task.part] = response
@@ -249,7 +252,7 @@ class MonteCarlo(Job):
 
     # statistics
 
-    def _is_enough(self):
+    def _is_enough(self) -> bool:
         """Whether every level and percentile has converged, if that ends the study (rank 0)."""
         convergence = self.config.convergence
         if not convergence.stop_when_converged:
@@ -260,7 +263,7 @@ class MonteCarlo(Job):
         self.looked_at = finished
         return self._converged_at() is not None
 
-    def _running(self, values, n=None):
+    def _running(self, values: Any, n: int | None = None) -> list[Any]:
         """RunningPercentiles of numbers (V, n) for every level, up to its first pending sample.
 
         n: number of samples after which they end; None: none.
@@ -272,7 +275,7 @@ class MonteCarlo(Job):
             for numbers, status in zip(values, self.status, strict=True)
         ]
 
-    def _converged_at(self):
+    def _converged_at(self) -> Any:
         """First number of percentile values at which all levels are converged, or None."""
         c = self.config.convergence
         running = self._running(self.numbers[0])
@@ -281,7 +284,7 @@ class MonteCarlo(Job):
         known = np.stack([error[:, :shortest] for error in errors])
         return percentiles.first_converged(known, c.target_error)
 
-    def _write_statistics(self):
+    def _write_statistics(self) -> None:
         """Statistics of the finished samples (rank 0).
 
         A study that stops when it has converged computes some samples more; their number depends
@@ -297,10 +300,10 @@ class MonteCarlo(Job):
             contact_file.write_verdict(self.file, findings.verdict(self.file))
 
 
-def _words(error):
+def _words(error: Any) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _leading(flags):
+def _leading(flags: Any) -> int:
     """Number of true values before the first false one."""
     return int(np.argmin(np.append(flags, False)))

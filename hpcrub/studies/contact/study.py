@@ -126,7 +126,7 @@ STUDY = Contact()
 def open_contact(path: str | Path) -> ResultFile:
     """Open the file of a contact study, complete or not. Raises InputError for any other file."""
 
-    def check(file):
+    def check(file: ResultFile) -> None:
         if file.config.study != STUDY.name:
             raise InputError(f"{path} is of the study {file.config.study}, not contact")
         result_files.check(file, Run(STUDY, file.config))

@@ -1,6 +1,7 @@
 """Results of a contact study as tables and lines for a terminal or a log."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -130,7 +131,7 @@ def point_lines(found: survey.Survey) -> Iterator[str]:
     yield f"contact forces: at most {found.sweeps} sweeps of the solver in a step"
 
 
-def _percentile_text(values, percentiles, digits):
+def _percentile_text(values: Any, percentiles: Any, digits: Any) -> str:
     if len(values) < 2:
         return f"{values[0]:.{digits}f}" if len(values) else "-"
     return "/".join(f"{p:.{digits}f}" for p in np.percentile(values, percentiles))

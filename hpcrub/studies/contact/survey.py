@@ -2,7 +2,7 @@
 
 from functools import partial
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -107,7 +107,7 @@ def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
     return finite(_finished_rows(file, level, name))
 
 
-def _finished_rows(file, level, name):
+def _finished_rows(file: ResultFile, level: int, name: str) -> Any:
     where = level, slice(n_counted(file))
     done = file.read("samples/status", where) == DONE
     return file.read(f"samples/{name}", where)[done]

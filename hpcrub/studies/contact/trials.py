@@ -61,7 +61,7 @@ class Trials(Study):
 
 
 @lru_cache(maxsize=4)
-def _problem_of(text):
+def _problem_of(text: str) -> Problem:
     """Problem of an input, kept for further disks of the input."""
     return build_problem(Config.from_yaml(text))
 

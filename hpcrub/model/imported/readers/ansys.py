@@ -5,6 +5,7 @@ Needs the package ansys-mapdl-reader.
 
 import contextlib
 import io
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -40,7 +41,7 @@ def read(
     corners = [dict.fromkeys(map(int, e[10:18])) for e in archive.elem if len(e) >= 18]
     elements = [[node for node in nodes if node] for nodes in corners]
 
-    def nodes_of(name):
+    def nodes_of(name: str) -> Any:
         return listed(components, name, f"{mesh}: there is no node component")
 
     grid = Mesh(number, place, nodes_of, elements)
@@ -58,13 +59,13 @@ def full_matrices(path: File) -> tuple[Rows, Rows]:
     return Rows(_upper(K), rows, str(path)), Rows(_upper(M), rows, str(path))
 
 
-def _upper(matrix):
+def _upper(matrix: Any) -> Any:
     """Move all entries into the upper triangle: `sort` may have moved some below the diagonal."""
     upper, lower = sp.triu(matrix), sp.tril(matrix, -1)
     return sp.csr_array(upper + lower.T)
 
 
-def _quietly(path, work):
+def _quietly(path: Any, work: Any) -> Any:
     """Call a reader, and keep its warnings off the screen."""
     with reading(path), contextlib.redirect_stdout(io.StringIO()):
         return work()

@@ -1,6 +1,7 @@
 """Reader of CalculiX: matrices of SOLVER=MATRIXSTORAGE, mesh and sets of the deck, stress."""
 
 import re
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -75,7 +76,7 @@ def job_matrix(path: str | Path, kind: str) -> Rows:
         return Rows(sp.coo_array((value, place), shape=shape).tocsr(), dof, str(name))
 
 
-def _blade_matrix(path, deck):
+def _blade_matrix(path: Any, deck: Any) -> Any:
     """Stiffness of the blades alone, with the inner nodes of elements numbered as in the disk."""
     blade, part = decks.read(path), job_matrix(path, "sti")
     inner = part.dof[:, 0] > blade.node.max()
@@ -93,7 +94,7 @@ def _blade_matrix(path, deck):
     return part._replace(dof=moved)
 
 
-def _printed(path, elements, number):
+def _printed(path: Any, elements: Any, number: Any) -> Iterator[Any]:
     """Yield nodes, displacements and stresses in the modes of each element in a .dat file.
 
     elements: {label: node numbers}; number: of all nodes of the model, increasing.
@@ -128,7 +129,7 @@ def _printed(path, elements, number):
         yield places(nodes, number, str(path)), moved[:, at, 1:], stress[:, label == one, 2:]
 
 
-def _modes(lines):
+def _modes(lines: Any) -> Iterator[Any]:
     """Yield displacements (nodes, 4) and stresses (points, 8) mode by mode."""
     blocks: list[tuple[str, list[Any]]] = [("", [])]
     for words in filter(None, map(str.split, lines)):

@@ -1,8 +1,9 @@
 """Nodes, elements and node sets of keyword decks, as CalculiX and Abaqus read them."""
 
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def listed(lists: dict, name: str, what: str) -> np.ndarray:
     return lists[name.upper()]
 
 
-def _blocks(path):
+def _blocks(path: Any) -> Iterator[Any]:
     """Yield (keyword, options, data lines) of every block of a deck."""
     keyword, options, lines = None, {}, []
     for line in (*_lines(path), "*"):  # "*" ends the last block
@@ -70,7 +71,7 @@ def _blocks(path):
         options = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
 
 
-def _lines(path, outer=()):
+def _lines(path: Any, outer: Any = ()) -> Iterator[Any]:
     if path in outer:
         raise InputError(f"{path}: includes itself")
     with reading(path):
@@ -83,13 +84,13 @@ def _lines(path, outer=()):
             yield line
 
 
-def _nodes(lines):
+def _nodes(lines: Any) -> dict[Any, Any]:
     """{number: coordinates} of all nodes; those that a line leaves out are zero."""
     rows = (line.rstrip(",").split(",") for line in lines)
     return {int(number): [float(x) for x in (place + ["0"] * 3)[:3]] for number, *place in rows}
 
 
-def _set(lines, sets, generate):
+def _set(lines: Any, sets: Any, generate: Any) -> Any:
     words = [word.strip() for line in lines for word in line.split(",") if word.strip()]
     if generate:
         rows = [[int(word) for word in line.rstrip(",").split(",")] for line in lines]
@@ -100,7 +101,7 @@ def _set(lines, sets, generate):
     return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))
 
 
-def _elements(kind, lines):
+def _elements(kind: Any, lines: Any) -> Any:
     """List of (type, label, nodes); an element continues on the next line after a comma."""
     elements, row = [], []
     for line in lines:

@@ -1,6 +1,7 @@
 """Reader of MatrixMarket files with CSV lists, as Abaqus, Code_Aster and scripts write them."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -57,7 +58,7 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     return arrays
 
 
-def _fixed(held, dof):
+def _fixed(held: Any, dof: Any) -> Any:
     """Indices of held rows; held: (k, 1) nodes, or (k, 2) nodes and directions."""
     if held.shape[1] == 1:
         return np.flatnonzero(np.isin(dof[:, 0], held[:, 0]) & (dof[:, 1] > 0))
@@ -92,7 +93,7 @@ def matrix(path: Path, n: int) -> sp.csr_array:
         return stored + sp.triu(stored.T, 1) if symmetric else stored
 
 
-def _table(path, columns=0):
+def _table(path: Any, columns: Any = 0) -> Any:
     """Numbers of a CSV file (lines, columns); a first line of names is skipped."""
     with reading(path):
         lines = path.read_text("utf-8-sig").splitlines()

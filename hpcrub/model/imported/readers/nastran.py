@@ -3,6 +3,8 @@
 Needs the package pyNastran.
 """
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -59,7 +61,7 @@ def op4_matrices(path: File) -> dict:
         return {key.upper(): sp.csr_array(matrix) for key, matrix in matrices.items()}
 
 
-def _rows(files, path, name, number, used):
+def _rows(files: Any, path: Any, name: str, number: Any, used: Any) -> Any:
     matrix = files[path].get(name)
     n = DIRECTIONS * len(number)
     if matrix is None or matrix.shape != (n, n):
@@ -71,6 +73,6 @@ def _rows(files, path, name, number, used):
     return Rows(matrix[used][:, used], np.column_stack([number[node], direction + 1]), str(path))
 
 
-def _numbers(name):
+def _numbers(name: str) -> Any:
     with reading(name):
         return np.loadtxt(name, delimiter=",", dtype=np.int64, ndmin=1).ravel()

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -61,7 +61,7 @@ def arrays_of(
     place = np.full((len(number), 3), np.nan)
     place[places(mesh.number, number, mass.name)] = mesh.place
 
-    def named(name):
+    def named(name: Any) -> Any:
         return places(mesh.nodes_of(name), number, name)
 
     arrays = {
