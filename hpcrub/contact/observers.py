@@ -107,7 +107,6 @@ def largest_stress(bank: Bank, lane: int, work: np.ndarray) -> float:
     return result
 
 
-@compiled
 def strokes(
     history: np.ndarray, lane: int, n_observed: int, n_rows: int, oldest: int
 ) -> tuple[float, float]:
@@ -118,17 +117,9 @@ def strokes(
     Returns the largest peak-to-peak displacement of any row in the later half of the ring, and the
     largest change from one record to the next.
     """
-    n_records = len(history) // n_observed
-    low, high, jump, at, before = np.zeros(n_rows), np.zeros(n_rows), 0.0, oldest, oldest
-    for i in range(n_records):
-        for row in range(n_rows):
-            now = history[at * n_observed + row, lane]
-            jump = max(jump, abs(now - history[before * n_observed + row, lane]))
-            within = 2 * i > n_records
-            low[row] = min(low[row], now) if within else now
-            high[row] = max(high[row], now) if within else now
-        before, at = at, (at + 1) % n_records
-    return (high - low).max(), jump
+    records = np.roll(history[:, lane].reshape(-1, n_observed)[:, :n_rows], -oldest, axis=0)
+    jumps, later = np.abs(np.diff(records, axis=0)), records[len(records) // 2 :]
+    return float(np.ptp(later, axis=0).max()), float(jumps.max(initial=0.0))
 
 
 class Record(NamedTuple):
