@@ -69,8 +69,8 @@ def cut_revolution(speed_hz: float, scene: Any) -> Grid:
     n_steps = math.ceil(n_steps / unit) * unit
 
     def divisor(interval: Any) -> Any:
-        most = max(1.0, interval * lowest * n_steps * (1.0 + 1e-12))
-        return max(d for d in range(1, stride + 1) if stride % d == 0 and d <= most)
+        most = min(float(stride), max(1.0, interval * lowest * n_steps * (1.0 + 1e-12)))
+        return next(d for d in range(int(most), 0, -1) if stride % d == 0)
 
     look, kept = divisor(scene.look_interval), divisor(scene.history_interval)
     return Grid(n_steps, blocks, stride, look, kept)

@@ -53,7 +53,7 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
         )
 
 
-def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
+def points_without_result(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
     """Finding about points without a result; reasons: number of points by reason of ``status``."""
     if not n_lost:
         return
@@ -73,7 +73,7 @@ def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
     )
 
 
-def without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
+def disks_without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]:
     """Finding about n_lost of n disks without a result; meaning: what the study makes of them."""
     if n_lost:
         words = f"{n_lost} of {n} disks have no result"
@@ -90,12 +90,12 @@ def of_disks(
     of a disk without a result.
     """
     n_lost = int(np.count_nonzero(~np.isfinite(sizes)))
-    yield from without_result(n_lost, sizes.size, meaning)
-    yield from unsettled_peaks(config, states)
+    yield from disks_without_result(n_lost, sizes.size, meaning)
+    yield from peaks_not_settled(config, states)
     yield from kinematics(config, sizes[np.isfinite(sizes)])
 
 
-def unsettled(
+def not_settled(
     config: Config, n_lost: int, n: int, of: str, key: str = TIME_KEY
 ) -> Iterator[Finding]:
     """Finding about n_lost of n peaks or points (`of`) whose motion has not settled in its time.
@@ -111,10 +111,10 @@ def unsettled(
     yield Finding(USELESS if n_lost > MOST_LOST * n else SINGLE, why, advice)
 
 
-def unsettled_peaks(config: Config, states: np.ndarray) -> Iterator[Finding]:
+def peaks_not_settled(config: Config, states: np.ndarray) -> Iterator[Finding]:
     """Finding about peaks whose motion has not settled; states: codes of ``status``, any shape."""
     lost, n = (int(np.count_nonzero(there)) for there in (states == NOT_STEADY, states != NO_POINT))
-    yield from unsettled(config, lost, n, "peaks")
+    yield from not_settled(config, lost, n, "peaks")
 
 
 def growing(
@@ -122,7 +122,8 @@ def growing(
 ) -> Iterator[Finding]:
     """Finding about n of n_points points, n_peaks peaks among them, at which a wave still grows.
 
-    latest: time at which all of these waves have shown [s], NaN if not known; key: see `unsettled`.
+    latest: time at which all of these waves have shown [s], NaN if not known; key: as for
+    `not_settled`.
     """
     if not n:
         return
@@ -151,17 +152,19 @@ def of_points(
 
     - amplitude: (D, S) displacements or energies, whose peak over the speeds counts.
     - states, reasons: (D, S) codes of ``status``.
-    - key: see `unsettled`.
+    - key: see `not_settled`.
     """
     n = int(np.count_nonzero(states != NO_POINT))
     known = (np.nan_to_num(amplitude) > 0.0).any(axis=1)
     best = np.nanargmax(amplitude[known], axis=1) if known.any() else np.zeros(0, dtype=int)
     grows = reasons == status.GROWING
     n_peaks = int(np.count_nonzero(grows[known, best]))
-    yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
+    yield from points_without_result(
+        status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n
+    )
     yield from growing(config, n_peaks, int(np.count_nonzero(grows)), n, key=key)
     others = int(np.count_nonzero((states == NOT_STEADY) & ~grows))
-    yield from unsettled(config, others, n, "points", key)
+    yield from not_settled(config, others, n, "points", key)
     if best.size and amplitude.shape[1] > 1:
         yield from of_peaks(config, best)
 
@@ -191,7 +194,7 @@ def at_the_ends(
             )
 
 
-def few(percentiles: Iterable[float], n: int) -> Iterator[Finding]:
+def too_few_samples(percentiles: Iterable[float], n: int) -> Iterator[Finding]:
     """Finding about extreme percentiles for which n samples are too few."""
     tail = (1.0 - confidence(Z_95)) / 2.0
     ends = {p: min(p, 100.0 - p) / 100.0 for p in percentiles}

@@ -190,7 +190,9 @@ class Linear(Study):
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Percentiles that need more samples; no grid of speeds could miss a peak."""
-        yield from findings.few(file.config.convergence.percentiles, file.config.mistuning.samples)
+        yield from findings.too_few_samples(
+            file.config.convergence.percentiles, file.config.mistuning.samples
+        )
 
 
 STUDY = Linear()

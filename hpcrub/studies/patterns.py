@@ -282,7 +282,9 @@ class PatternStudy(Trials):
         size, done = file.read("contact_amplitude_m"), file.read("contact_status") == DONE
         states, meaning = file.read("peak_status"), "are missing in the percentiles in contact"
         yield from findings.of_disks(file.config, size[done], states, meaning)
-        yield from findings.few([file.config.patterns.percentile], file.config.mistuning.samples)
+        yield from findings.too_few_samples(
+            [file.config.patterns.percentile], file.config.mistuning.samples
+        )
 
 
 def _in_words(percentile: float) -> str:

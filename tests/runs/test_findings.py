@@ -10,7 +10,14 @@ from hpcrub.config.schema import Config
 from hpcrub.contact.status import GROWING, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
 from hpcrub.effects.effect import Results
 from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS, Finding, Verdict
-from hpcrub.runs.findings import TIME_KEY, few, kinematics, lost, not_resolved, of_points
+from hpcrub.runs.findings import (
+    TIME_KEY,
+    kinematics,
+    not_resolved,
+    of_points,
+    points_without_result,
+    too_few_samples,
+)
 
 
 @pytest.mark.parametrize(("at", "severity"), [(1, USELESS), (0, REMARK)])
@@ -77,7 +84,7 @@ def test_a_casing_that_vibrates_must_be_known():
     [(RUNAWAY, "or change the casing: a stiffer"), (NOT_FED, "or change time.step_s first")],
 )
 def test_what_to_change_where_a_casing_runs_away(reason, words):
-    (found,) = lost(count([reason]), 1, 1)
+    (found,) = points_without_result(count([reason]), 1, 1)
     assert words in found.advice
 
 
@@ -97,8 +104,8 @@ def test_motions_outside_small_displacements_are_no_result(millimetres, weight):
 
 def test_the_extremes_of_all_disks_are_known_by_no_number_of_samples():
     """Percentiles 0 and 100 ended in an OverflowError after all samples were computed."""
-    (finding,) = few([0, 50, 100], 20)
+    (finding,) = too_few_samples([0, 50, 100], 20)
     assert "percentiles 0, 100 have no 95 % interval" in str(finding)
     assert "convergence.percentiles without 0 and 100" in str(finding)
-    (finding,) = few([0, 1, 50], 20)  # 0.99**367.1 is 0.025
+    (finding,) = too_few_samples([0, 1, 50], 20)  # 0.99**367.1 is 0.025
     assert "mistuning.samples of 368 and more, convergence.percentiles without 0" in str(finding)

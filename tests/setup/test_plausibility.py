@@ -13,7 +13,7 @@ from hpcrub.config import resolution
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.model.casing import noise_left, smoothed
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.runs.findings import not_resolved, unsettled
+from hpcrub.runs.findings import not_resolved, not_settled
 from hpcrub.setup import input_files, plausibility
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
@@ -289,9 +289,9 @@ def test_flutter_is_told_of_every_level():
     assert high < low
     (finding,) = not_resolved([line])
     assert finding.why == "flutter without contact"
-    (finding,) = unsettled(config, 3, 4, "peaks")  # no time is long enough
+    (finding,) = not_settled(config, 3, 4, "peaks")  # no time is long enough
     assert "max_time_s" not in finding.advice
-    (finding,) = unsettled(Config(), 3, 4, "peaks")
+    (finding,) = not_settled(Config(), 3, 4, "peaks")
     assert "max_time_s above" in finding.advice
 
 

@@ -35,24 +35,26 @@ def short(file: ResultFile) -> list[str]:
 
 def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
     config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY]) - counts.growing
-    yield from findings.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
+    yield from findings.points_without_result(
+        counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points
+    )
     lost = sum(survey.n_failed(file, level) for level in config.levels)
     n, missing = n_counted(file), "are missing in all percentiles"
     if not (file.status != PENDING).any():
         advice = "no mistuned disk is finished; the same input with --resume goes on"
         yield Finding(USELESS, "no mistuned disk is finished", advice)
-    yield from findings.without_result(lost, n * len(config.levels), missing)
+    yield from findings.disks_without_result(lost, n * len(config.levels), missing)
     yield from findings.kinematics(config, counts.largest)
     growth = counts.growing, int(counts.reasons[GROWING]), counts.n_points, counts.shows
     yield from findings.growing(config, *growth)
     results = survey.for_effects(file)
     yield from (finding for e in effects.of(config) for finding in e.findings(results))
-    yield from findings.unsettled(config, n_unsteady, counts.n_peaks, "peaks")
+    yield from findings.not_settled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from findings.not_resolved(file.warnings)
     yield from _half_step(file)
     yield from _errors(file, counts)
-    yield from findings.few(config.convergence.percentiles, n)
+    yield from findings.too_few_samples(config.convergence.percentiles, n)
     yield from _reference(file)
 
 

@@ -11,10 +11,7 @@ from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS
-from hpcrub.runs.findings import (
-    TIME_KEY,
-    of_points,
-)
+from hpcrub.runs.findings import TIME_KEY, of_points
 from hpcrub.statistics.percentiles import (
     percentile_interval,
     probability_interval,
