@@ -28,7 +28,6 @@ from hpcrub.results.layout import ANGLE, Dataset, datasets
 from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
-NUMBER = 8  # bytes
 REACHED = 1.0 - 1e-9  # share of a coating's depth that counts as worn through: rounding
 *POINTS, AROUND = Wear.declared().values()  # the last is over strip and angle, too
 DEEPEST = Quantity("deepest_m", "m", "largest worn depth of any speed")
@@ -96,12 +95,12 @@ class Wearing(Effect):
         """Whether the contact law is abradable."""
         return config.contact.wears
 
-    def n_bytes(self, config: Config, grid: Grid) -> int:
-        """Worn depths of all lanes, now and after some windows, and of the results [bytes]."""
+    def n_numbers(self, config: Config, grid: Grid) -> int:
+        """Worn depths of all lanes, now and after some windows, and of the results."""
         kept = 3 + REVOLUTIONS // config.steady_state.window_revolutions
         bars = WIDTH * grid.steps_per_revolution * kept
         results = config.speeds.n_values * N_ANGLES * (1 + config.mistuning.tuned_runs)
-        return NUMBER * config.disk.n_strips * (bars + results)
+        return config.disk.n_strips * (bars + results)
 
     def of_disk(self, result: SweepResult, speeds_hz: np.ndarray) -> dict[str, float]:
         """Largest worn depth, and its speed."""

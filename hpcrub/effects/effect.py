@@ -139,8 +139,8 @@ class Effect:
         """Warnings about what a study that integrates does not resolve, before it begins."""
         return iter(())
 
-    def n_bytes(self, config: Config, grid: Grid) -> int:
-        """Memory that the effect takes while a disk is integrated [bytes]."""
+    def n_numbers(self, config: Config, grid: Grid) -> int:
+        """Numbers that the effect keeps in memory while a disk is integrated."""
         return 0
 
     def of_disk(self, result: SweepResult, speeds_hz: np.ndarray) -> dict[str, float]:

@@ -184,7 +184,7 @@ class Band:
         self.bank, self.record = self.bank.take(kept), packed(take_lanes(self.record, kept))
         self.lanes = [self.lanes[lane] for lane in kept]
 
-    def _follow(self, now: Any, until: Any) -> None:
+    def _follow(self, now: int, until: int) -> None:
         """Pass the blocks from ``now`` on to the rules that need every block."""
         for lane, course in self._running():
             if not course.watch.always:
@@ -196,17 +196,17 @@ class Band:
             if (until - course.start) % self.window == 0:
                 self._keep_worn(lane, course, until)
 
-    def _keep_worn(self, lane: int, course: Any, now: Any) -> None:
+    def _keep_worn(self, lane: int, course: Course, now: int) -> None:
         """Pass the worn depth of a lane to a rule that needs it."""
         if course.watch.always:
             revolutions = (now - course.start) // self.grid.blocks_per_revolution
             course.watch.keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
-    def _running(self) -> list[Any]:
+    def _running(self) -> list[tuple[int, Course]]:
         """List of (lane, Course) for every lane that has a speed."""
         return [(lane, course) for lane, course in enumerate(self.lanes) if course]
 
-    def _watched(self, now: Any) -> Any:
+    def _watched(self, now: int) -> np.ndarray:
         """Lanes whose stresses are observed from block ``now`` on (A,) int.
 
         Stresses are observed where the rule needs every block, or where a verdict is possible at
@@ -218,7 +218,7 @@ class Band:
         self.record.stress_peak[:, begun] = 0.0
         return np.array([lane for lane, _ in running], dtype=np.int64)
 
-    def _refill(self, lane: int, waiting: Any, now: Any) -> None:
+    def _refill(self, lane: int, waiting: list[int], now: int) -> None:
         """Put the next waiting speed into a lane; leave the lane idle if there is none."""
         self.lanes[lane] = None
         if not waiting:
@@ -233,7 +233,7 @@ class Band:
         self.record.stress_peak[:, lane] = 0.0
         self.lanes[lane] = Course(index, speed, modes, self.scene, self.grid, now)
 
-    def _ran_away(self, lane: int, course: Any, before: Any, now: Any, out: Any) -> Any:
+    def _ran_away(self, lane: int, course: Course, before: int, now: int, out: Any) -> bool:
         """End a lane whose casing ran away in the last blocks (out is modified); whether it did."""
         if course.runaway is None:
             return False
@@ -246,7 +246,7 @@ class Band:
             self._end(lane, course, before + n, out, DIVERGED, reason)
         return n > 0
 
-    def _finished(self, lane: int, course: Any, now: Any, out: Any) -> bool:
+    def _finished(self, lane: int, course: Course, now: int, out: Any) -> bool:
         """Check a lane; if it ends here, write its result (out is modified) and return True."""
         sizes = self._peaks()[self._windows(now), :, lane].max(axis=1)  # of two windows (2, O) [m]
         reason, outcome = judge(self.bank, lane, sizes, self.scene), DIVERGED
@@ -277,14 +277,18 @@ class Band:
                 values[course.index] = end
         return True
 
-    def _end(self, lane: int, course: Any, now: Any, out: Any, outcome: Any, reason: Any) -> None:
+    def _end(
+        self, lane: int, course: Course, now: int, out: Any, outcome: int, reason: int
+    ) -> None:
         """Write status, reason and time of a speed that ends (out is modified)."""
         index = course.index
         out.point_status[index], out.point_reason[index] = outcome, reason
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = course.seconds(now)
 
-    def _write(self, lane: int, course: Any, now: Any, verdict: Any, stroke: Any, out: Any) -> None:
+    def _write(
+        self, lane: int, course: Course, now: int, verdict: Any, stroke: float, out: Any
+    ) -> None:
         """Write the amplitudes of a Verdict, and data of the last window (out is modified).
 
         stroke: largest peak-to-peak displacement in the last window [m].
@@ -310,21 +314,21 @@ class Band:
             for name, observe in self.observers.items():
                 out.observed[name][index] = observe(end)
 
-    def _strokes(self, lane: int, now: Any) -> tuple[float, float]:
+    def _strokes(self, lane: int, now: int) -> tuple[float, float]:
         """Largest stroke in the last window and jump in the last two [m]; see `strokes`."""
         n_observed, n_rows = self.bank.scheme.observed.shape[1], len(self.modes.observed)
         records = self.grid.steps_per_block // self.grid.stride  # of a block
         oldest = now % (2 * self.window) * records
         return strokes(self.record.history, lane, n_observed, n_rows, oldest)
 
-    def _reverses(self, jump: Any) -> Any:
+    def _reverses(self, jump: float) -> bool:
         """Whether a tip of a planar disk outruns its rotation; jump: between two records [m]."""
         if len(self.modes.axial) > 0:  # friction turns with the slip
             return False
         turned = 2.0 * np.pi * self.grid.stride / self.grid.steps_per_revolution
         return jump > turned * self.scene.interface.radius.min()
 
-    def _look(self, lane: int, course: Any, now: Any, sizes: Any) -> Any:
+    def _look(self, lane: int, course: Course, now: int, sizes: np.ndarray) -> Any:
         """Verdict on the last two windows; None: go on. Sets the block of the next check."""
         windows, n_lanes = self._windows(now), len(self.lanes)
         history, n_casing = self._history(), self.bank.scheme.casing
@@ -343,19 +347,19 @@ class Band:
         course.check = min(now + course.extension, course.cap)
         return verdict
 
-    def _windows(self, now: Any) -> Any:
+    def _windows(self, now: int) -> np.ndarray:
         """Places in the ring of the last two windows, the older one first (2, blocks).
 
         The ring holds just these two windows; the place of the next block, ``now``, is the oldest.
         """
         return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
 
-    def _history(self) -> Any:
+    def _history(self) -> np.ndarray:
         """Observed displacements of the ring (blocks, records, O, lanes) [m]."""
         n_observed = self.bank.scheme.observed.shape[1]
         return self.record.history.reshape(2 * self.window, -1, n_observed, len(self.lanes))
 
-    def _peaks(self) -> Any:
+    def _peaks(self) -> np.ndarray:
         """Largest observed displacements of the blocks in the ring (blocks, O, lanes) [m]."""
         peak = self.record.peak.reshape(2 * self.window, -1, len(self.lanes))
         return peak[:, : len(self.modes.observed)]

@@ -147,8 +147,7 @@ class Study:
 
     def facts(self, file: ResultFile, disk: int = 0) -> Iterator[str]:
         """Lines about the effects of an input; disk: of a study of whole motions."""
-        results = Results(self.name, file.config, file.read, disk)
-        return (line for effect in effects.of(file.config) for line in effect.lines(results))
+        return effects.lines(Results(self.name, file.config, file.read, disk))
 
     def findings(self, file: ResultFile) -> Iterable[Finding]:
         """Findings against the results, for the verdict."""
@@ -156,8 +155,7 @@ class Study:
 
     def verdict(self, file: ResultFile) -> Verdict:
         """Verdict on the results."""
-        results = Results(self.name, file.config, file.read)
-        of_effects = (f for e in effects.of(file.config) for f in e.findings(results))
+        of_effects = effects.findings(Results(self.name, file.config, file.read))
         doubts = findings.not_resolved(file.warnings)
         return Verdict.of([*doubts, *of_effects, *self.findings(file)])
 

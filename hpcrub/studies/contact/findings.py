@@ -47,8 +47,7 @@ def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
     yield from findings.kinematics(config, counts.largest)
     growth = counts.growing, int(counts.reasons[GROWING]), counts.n_points, counts.shows
     yield from findings.growing(config, *growth)
-    results = survey.for_effects(file)
-    yield from (finding for e in effects.of(config) for finding in e.findings(results))
+    yield from effects.findings(survey.for_effects(file))
     yield from findings.not_settled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from findings.not_resolved(file.warnings)

@@ -170,11 +170,12 @@ class MonteCarlo(Job):
     def _integrate(self, modes: Modes, scene: Scene, task: Any, poll: Any, is_checked: bool) -> Any:
         start, half = time.perf_counter(), None
         part = range(task.part, len(self.speeds_hz), task.n_parts)
-        how: dict[str, Any] = {"selection": part, "observers": self.observers}
-        result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, **how)
+        result = sweep.run_sweep(
+            modes, scene, self.speeds_hz, poll, selection=part, observers=self.observers
+        )
         if is_checked and self.config.mistuning.checked_samples:
             finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
-            half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, **how)
+            half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, selection=part)
         return amplification.Integrated(result, time.perf_counter() - start, half_step=half)
 
     def _finish(self, task: Any, blades: Any, modes: Modes, response: Any) -> Any:

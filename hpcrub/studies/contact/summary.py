@@ -46,8 +46,7 @@ def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
     yield tuned_line(file)
     yield from limits.largest_line(file, counts)
     yield from limits.engines_lines(file, usable)
-    results = survey.for_effects(file)
-    yield from (line for effect in effects.of(file.config) for line in effect.lines(results))
+    yield from effects.lines(survey.for_effects(file))
     yield from limits.limit_lines(file, usable)
     yield from point_lines(counts)
 
