@@ -7,7 +7,6 @@ import numpy as np
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.passes import correct
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
@@ -50,7 +49,7 @@ class Steps(NamedTuple):
         state, row = bank.state, block * bank.scheme.bump.shape[0] + step
         for i in state.active[:n_active]:
             steps.force[row, i] = state.multiplier[i]
-        correct(lanes, bank.scheme, state, n_active)
+        bank.basis.correct(lanes, bank, n_active)
         steps.position[row] = state.position
         steps.increment[row] = state.increment
         return 0

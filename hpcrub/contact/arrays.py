@@ -15,9 +15,11 @@ LINE = 64  # bytes of a cache line
 class Scheme(NamedTuple):
     """Arrays that the steps only read."""
 
-    normal: np.ndarray  # R, normal displacement of the contact points (K, C) [1/√kg]
-    observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
+    # R, normal displacement of the contact points (K, C) [1/√kg]; (0, C) in the cyclic basis
+    normal: np.ndarray
+    observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]; (0, O) likewise
     stress: np.ndarray  # stresses whose largest is recorded, by `tables.vectors` [Pa/(m·√kg)]
+    stiffer: np.ndarray  # factor of each stress (≥ 1, L) [-]
     load: np.ndarray  # Gᵀ, modal forces of unit multipliers (F + 1, ≥ K + TILE), last row zero
     decay: np.ndarray  # (K, L) [-]
     gain: np.ndarray  # (K, L) [s²]
@@ -61,7 +63,7 @@ SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `State.report`
 
 # Arrays with one column (or one number) per lane; laws and records name theirs in `per_lane`
 PER_LANE = {
-    Scheme: ("decay", "gain", "observed_per_force", "clearance", "step", "turn"),
+    Scheme: ("stiffer", "decay", "gain", "observed_per_force", "clearance", "step", "turn"),
     State: tuple(name for name in State._fields if name != "active"),
 }
 
@@ -72,6 +74,7 @@ class Bank(NamedTuple):
     scheme: Scheme
     state: State
     law: Any  # a `protocols.Law`, whose other members only its own module uses
+    basis: Any  # a `dense.Dense` or a `cyclic.Cyclic`
 
     @property
     def width(self) -> int:

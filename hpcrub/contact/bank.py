@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane, packed
+from hpcrub.contact.cyclic import Cyclic
+from hpcrub.contact.dense import Dense
 from hpcrub.contact.lanes import TILE, lane_arrays
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.laws.solid import Solid
@@ -33,7 +35,8 @@ def allocate(
     rows = modes.rows
     scheme = _allocate_scheme(modes, rows, scene, grid, width, law)
     state = _allocate_state(scheme, width, len(modes.axial) > 0)
-    bank = packed(Bank(scheme, state, law.allocate(rows, scene, grid, width)))
+    basis = Cyclic.allocate(rows, modes.blades, width) if modes.blades else Dense()
+    bank = packed(Bank(scheme, state, law.allocate(rows, scene, grid, width), basis))
     for lane, speed in enumerate(speeds_hz):
         h = 1.0 / (speed * grid.steps_per_revolution)
         fill_lane(bank, lane, modes.at(speed), scene.at(speed), h)
@@ -52,10 +55,13 @@ def _allocate_scheme(
     room = TILE if (n_modes + TILE) % KIB else TILE + 8
     load = np.pad(np.ascontiguousarray(law.loads(rows, scene).T), ((0, 1), (0, room)))
     observed = columns(rows.observed)
+    kept = 0 if modes.blades else n_modes  # rows of tables that the cyclic basis has of one blade
+    stress = vectors(rows.stress[: len(rows.stress) * scene.observes_stress])
     return Scheme(
-        normal=normal,
-        observed=observed,
-        stress=vectors(rows.stress[: len(rows.stress) * scene.observes_stress]),
+        normal=normal[:kept],
+        observed=observed[:kept],
+        stress=stress,
+        stiffer=np.ones((stress.size // max(n_modes + n_modes % 2, 1), width)),
         load=load,
         decay=np.zeros((n_modes, width)),
         gain=np.zeros((n_modes, width)),
@@ -99,7 +105,7 @@ def _engine_order_forces(modes: Modes, rows: Any, scene: Scene, grid: Grid) -> A
 
 
 def _allocate_state(scheme: Scheme, width: int, turns: Any) -> Any:
-    n_modes, n_points = scheme.normal.shape
+    n_modes, n_points = len(scheme.decay), scheme.normal.shape[1]
     n_forces = len(scheme.load)
     return State(
         **lane_arrays(
@@ -119,6 +125,7 @@ def empty_lane(bank: Bank, lane: int) -> None:
     for array in (scheme.decay, scheme.gain, *moved):
         array[:, lane] = 0.0
     clear_lane(bank.law, lane)
+    clear_lane(bank.basis, lane)
     scheme.step[lane] = state.n_steps[lane] = 0
 
 
@@ -143,7 +150,11 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> No
         # not a matrix product, whose rounding may depend on the padding
         np.einsum("fk,ok->fo", kicks, rows.observed, out=moved[:, : len(rows.observed)])
     scheme.step[lane], scheme.clearance[0, lane] = h, scene.clearance
+    if modes.blades:
+        stiffer = modes.blades.stiffer[: len(scheme.stiffer)]
+        scheme.stiffer[: len(stiffer), lane] = stiffer
     bank.law.fill(bank, lane, rows, scene)
+    bank.basis.fill(bank, lane, modes, rows, scene)
     if scheme.external is not None:
         _halve_first_impulse(bank, lane, n_real)
 
@@ -184,7 +195,8 @@ def _kicked(rows: Any, cosine: Any, sine: Any) -> Any:
         turned[:, first + 1 :: 2] = sine * re + cosine * im
         return turned
 
-    return rows._replace(normal=moved(rows.normal), observed=moved(rows.observed))
+    names = "normal", "observed", "blade"
+    return rows._replace(**{name: moved(getattr(rows, name)) for name in names})
 
 
 def set_motion(
@@ -202,6 +214,7 @@ def set_motion(
         state.position[:, lane] = state.increment[:, lane] = 0.0
     state.position[:, lane] += position
     state.increment[:, lane] += h * velocity
+    bank.basis.start(bank, lane)
     state.n_steps[lane] = round(time / h)
     if memory is not None:
         bank.law.remember(lane, memory)

@@ -12,7 +12,6 @@ from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import any_lane
 from hpcrub.contact.observers import NOTHING
-from hpcrub.contact.passes import correct
 from hpcrub.model import casing
 
 bump_ramp = compiled(casing.ramp)
@@ -56,7 +55,7 @@ def integrate(lanes: tuple, bank: Bank, observer: Any, n_blocks: int) -> None:
             if any_lane(deepest > 0.0):
                 n_active = bank.law.forces(lanes, bank, step, deepest)
             n_active = observer.observe(lanes, bank, observer, block, step, n_active)
-    correct(lanes, bank.scheme, bank.state, n_active)
+    bank.basis.correct(lanes, bank, n_active)
 
 
 def run(bank: Bank, n_blocks: int, observer: Any = NOTHING) -> None:

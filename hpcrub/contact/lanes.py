@@ -100,16 +100,19 @@ def tile_add(tile: Any, matrix: np.ndarray, row: int, columns: tuple, vector: An
 
 
 def tile_advance(
-    force: tuple, first: int, state: Any, scheme: Any, before: Any, external: Any, step: int | None
-) -> None:
+    force: tuple, first: int, state: Any, scheme: Any, before: Any, external: Any,
+    step: int | None, late: Any,
+) -> None:  # fmt: skip
     """Corrector and predictor of consecutive modes, as in `passes` (state is modified).
 
     force: tile of modal forces (L,), one for each mode from ``first`` on [N/√kg].
     before: array for the increments between the two, or None.
     external: modal forces of a load (P, K) [N/√kg], or None.
     step: row of ``external``; None for the corrector alone.
+    late: tile of modal forces that the predictor adds, or None.
     """
-    for k, f in enumerate(force, first):
+    for i, f in enumerate(force):
+        k = first + i
         gain = scheme.gain[k]
         q, d = state.position[k] + f * gain, state.increment[k] + f * gain
         if before is not None:
@@ -118,6 +121,8 @@ def tile_advance(
             d = scheme.decay[k] * d - (gain * scheme.omega2[k]) * q
             if external is not None:
                 d = d + external[step, k] * gain
+            if late is not None:
+                d = d + late[i] * gain
             q = q + d
         state.increment[k], state.position[k] = d, q
 

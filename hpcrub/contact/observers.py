@@ -14,7 +14,7 @@ from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, packed
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import PLACES, TILE, TIPS
-from hpcrub.contact.passes import correct, pair_of_forces, project
+from hpcrub.contact.passes import pair_of_forces
 
 NO_LANES = np.zeros(0, dtype=np.int64)
 # A stress below NEAR_PEAK of its largest so far is computed in every STRESS_STRIDE-th step only.
@@ -38,13 +38,13 @@ def record_displacements(
     block: place of the block in the ring.
     """
     scheme, state = bank.scheme, bank.state
-    n_disk, n_observed = scheme.observed.shape[0] - scheme.casing, scheme.observed.shape[1]
+    n_observed = scheme.observed.shape[1]
     if scheme.observed_per_force.shape[0] == 0:
-        correct(lanes, scheme, state, n_active)
+        bank.basis.correct(lanes, bank, n_active)
         n_active = 0
+    bank.basis.look(lanes, bank)
     for first in range(0, n_observed, TILE):
-        seen = v.tile_splat(TIPS, v.splat(lanes, 0.0))
-        seen = project(lanes, scheme.observed, state.position, first, 0, n_disk, seen)
+        seen = bank.basis.seen(lanes, bank, first)
         for a in range(n_active):
             j = state.active[a]
             rows = v.consecutive(TIPS, j * n_observed + first)
@@ -84,7 +84,7 @@ def largest_stress(bank: Bank, lane: int, work: np.ndarray) -> float:
     stress, position = bank.scheme.stress, bank.state.position
     n_modes = position.shape[0]
     n_vectors = stress.shape[0] // (n_modes + n_modes % 2)
-    largest = v.splat(PLACES, 0.0)
+    largest = 0.0
     for first in range(0, n_vectors, 3):
         a = b = c = d = e = f = v.splat(PLACES, 0.0)
         for k in range(0, n_modes, 2):
@@ -98,13 +98,15 @@ def largest_stress(bank: Bank, lane: int, work: np.ndarray) -> float:
             d = v.fma(v.load(PLACES, stress, row), q, d)
             e = v.fma(v.load(PLACES, stress, row + 1), q, e)
             f = v.fma(v.load(PLACES, stress, row + 2), q, f)
-        for s in (a + d, b + e, c + f):
-            largest = v.larger(v.larger(s, 0.0 - s), largest)
-    v.store(work, 0, largest)
-    result = 0.0
-    for i in range(len(PLACES)):
-        result = max(result, work[0, i])
-    return result
+        place = first * len(PLACES)
+        for total in (a + d, b + e, c + f):
+            v.store(work, 0, v.magnitude(total))
+            for i in range(len(PLACES)):
+                size = work[0, i] * bank.scheme.stiffer[place + i, lane]
+                if size > largest:  # not where it is NaN
+                    largest = size
+            place += len(PLACES)
+    return largest
 
 
 def strokes(
@@ -160,7 +162,7 @@ class Record(NamedTuple):
         if bank.scheme.casing > 0 and kept >= 0:
             record_casing(lanes, bank, record.casing, row, n_active)
         if len(record.watched) > 0:
-            correct(lanes, bank.scheme, bank.state, n_active)
+            bank.basis.correct(lanes, bank, n_active)
             n_active = 0
         for i in range(len(record.watched)):
             lane = record.watched[i]

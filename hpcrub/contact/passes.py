@@ -33,13 +33,13 @@ from hpcrub.contact.lanes import BLOCK, ONE, PAIR, TILE, TIPS
 @compiled(inline=True, inner=True)
 def first_pair(scheme: Scheme) -> int:
     """Row of the first pair, which is the number of real modes of the disk."""
-    return scheme.normal.shape[0] - scheme.turn.shape[0]
+    return scheme.decay.shape[0] - scheme.turn.shape[0]
 
 
 @compiled(inline=True, inner=True)
 def end_of_block(scheme: Scheme, begin: int) -> int:
     """End of the block that begins at a row: of real modes, complex modes or casing pairs."""
-    n_modes = scheme.normal.shape[0]
+    n_modes = scheme.decay.shape[0]
     end = n_modes
     if begin < first_pair(scheme):
         end = first_pair(scheme)
@@ -69,19 +69,14 @@ def modal_forces(
 
 
 @compiled(inline=True, inner=True)
-def begin_gaps(
-    lanes: tuple, scheme: Scheme, state: State, step: int, first: int, begin: int
+def resting(
+    lanes: tuple, tile: tuple, scheme: Scheme, state: State, step: int, points: tuple
 ) -> tuple:
-    """Penetrations of a tile of contact points before a block of modes is added [m].
+    """Penetrations of a tile of contact points of a disk at rest, s b − clearance [m].
 
-    Before the first mode they are s b − clearance, minus `CasingShape.gap` of a disk at rest.
-
-    first: first contact point; begin: first mode of the block.
+    They are minus `CasingShape.gap`.
     """
-    points = v.consecutive(TIPS, first)
-    if begin > 0:
-        return v.load(lanes, state.penetration, points)
-    depth = v.tile_splat(TIPS, 0.0 - v.load(lanes, scheme.clearance, 0))
+    depth = v.tile_splat(tile, 0.0 - v.load(lanes, scheme.clearance, 0))
     depth = v.tile_add(depth, scheme.point_clearance, 0, points, v.splat(lanes, -1.0))
     return v.tile_add(depth, scheme.bump, step, points, v.load(lanes, state.ramp, 0))
 
@@ -97,7 +92,7 @@ def advance_tiles(
     """
     for first in range(begin, end, len(tile)):
         force = modal_forces(lanes, tile, scheme, state, n_active, first)
-        v.tile_advance(force, first, state, scheme, before, scheme.external, step)
+        v.tile_advance(force, first, state, scheme, before, scheme.external, step, None)
 
 
 @compiled(inline=True, inner=True)
@@ -111,19 +106,24 @@ def pair_of_forces(
 
 @compiled(inline=True, inner=True)
 def advance_wave(
-    lanes: tuple, scheme: Scheme, state: State, external: Any, step: int, n_active: int, k: int
-) -> None:
+    lanes: tuple, scheme: Scheme, state: State, external: Any, step: int, n_active: int, k: int,
+    late: Any,
+) -> None:  # fmt: skip
     """Corrector and predictor of a complex mode in rows k and k + 1 (state is modified).
 
     external: `Scheme.external`, an argument because only then its type chooses the code.
+    late: pair of modal forces that the predictor adds (L,), or None.
     """
     force = pair_of_forces(lanes, scheme, state, n_active, k)
-    v.tile_advance(force, k, state, scheme, state.increment_before, None, None)
+    v.tile_advance(force, k, state, scheme, state.increment_before, None, None, None)
     gain, decay = v.load(lanes, scheme.gain, k), v.load(lanes, scheme.decay, k)
     a, b = v.load(lanes, state.position, k), v.load(lanes, state.position, k + 1)
     re, im = turned(lanes, scheme, k, decay * a, decay * b)
     if external is not None:
         x, y = turned(lanes, scheme, k, external[step, k] * gain, external[step, k + 1] * gain)
+        re, im = re + x, im + y
+    if late is not None:
+        x, y = turned(lanes, scheme, k, late[0] * gain, late[1] * gain)
         re, im = re + x, im + y
     v.store(state.increment, k, re - a)
     v.store(state.increment, k + 1, im - b)
@@ -145,7 +145,7 @@ def advance_ring(
 ) -> None:
     """Corrector and predictor of the casing's pair in rows k and k + 1 (state is modified)."""
     force = pair_of_forces(lanes, scheme, state, n_active, k)
-    v.tile_advance(force, k, state, scheme, state.increment_before, None, step)
+    v.tile_advance(force, k, state, scheme, state.increment_before, None, step, None)
     turn_pair(lanes, scheme, state.increment, k)
     turn_pair(lanes, scheme, state.position, k)
 
@@ -159,9 +159,9 @@ def advance(
         before, whole = state.increment_before, end - (end - begin) % TILE
         advance_tiles(lanes, TIPS, scheme, state, before, step, n_active, begin, whole)
         advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end)
-    elif begin < scheme.normal.shape[0] - scheme.casing:
+    elif begin < scheme.decay.shape[0] - scheme.casing:
         for k in range(begin, end, 2):
-            advance_wave(lanes, scheme, state, scheme.external, step, n_active, k)
+            advance_wave(lanes, scheme, state, scheme.external, step, n_active, k, None)
     else:
         for k in range(begin, end, 2):
             advance_ring(lanes, scheme, state, step, n_active, k)
@@ -184,28 +184,7 @@ def project(
 
 
 @compiled(inline=True, inner=True)
-def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-    """Corrector of the step before, predictor and penetrations of this step (bank is modified).
-
-    Returns the deepest penetration of all contact points (L,) [m].
-    """
-    scheme, state = bank.scheme, bank.state
-    n_modes, n_points = scheme.normal.shape
-    deepest, begin = v.splat(lanes, -np.inf), 0
-    while begin < n_modes:
-        end = end_of_block(scheme, begin)
-        advance(lanes, scheme, state, step, n_active, begin, end)
-        for first in range(0, n_points, TILE):
-            depth = begin_gaps(lanes, scheme, state, step, first, begin)
-            depth = project(lanes, scheme.normal, state.position, first, begin, end, depth)
-            v.store(state.penetration, v.consecutive(TIPS, first), depth)
-            deepest = v.larger(v.tile_largest(depth), deepest) if end == n_modes else deepest
-        begin = end
-    return deepest
-
-
-@compiled(inline=True, inner=True)
-def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
+def correct_modes(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
     """Corrector of all modes without a predictor (state is modified)."""
     if n_active == 0:
         return
@@ -215,4 +194,4 @@ def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
     advance_tiles(lanes, ONE, scheme, state, None, None, n_active, whole, n_real)
     for k in range(n_real, state.position.shape[0], 2):
         force = pair_of_forces(lanes, scheme, state, n_active, k)
-        v.tile_advance(force, k, state, scheme, None, None, None)
+        v.tile_advance(force, k, state, scheme, None, None, None, None)

@@ -331,10 +331,12 @@ def _fields(builder: Any, kind: Any, group: Any) -> Any:
 
 @_instruction(
     lanes.tile_advance,
-    lambda force, first, state, scheme, before, external, step: types.none,
+    lambda force, first, state, scheme, before, external, step, late: types.none,
 )
 def _tile_advance(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    tile, first, state, scheme, before, external, step = zip(sig.args, args, strict=True)
+    tile, first, state, scheme, before, external, step, late = zip(sig.args, args, strict=True)
+    has_late = late[0] != types.none
+    added = cgutils.unpack_tuple(builder, late[1]) if has_late else ()
     arrays = _fields(builder, *state) | _fields(builder, *scheme)
     width = tile[0].dtype.width
 
@@ -356,6 +358,8 @@ def _tile_advance(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             if external[0] != types.none:
                 push = _scalar_at(context, builder, *external, step[1], k, width)
                 d = builder.fadd(d, builder.fmul(push, gain))
+            if has_late:
+                d = builder.fadd(d, builder.fmul(added[i], gain))
             q = builder.fadd(q, d)
         for name, vector in (("increment", d), ("position", q)):
             fe_type, array = arrays[name]

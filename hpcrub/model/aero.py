@@ -185,12 +185,19 @@ def air_of(curve: Curve, squared: np.ndarray, diameters: np.ndarray, blades: np.
 
 
 def complex_modes(
-    air: Air, vectors: np.ndarray, squared: np.ndarray, stiffening: np.ndarray
+    air: Air,
+    vectors: np.ndarray,
+    squared: np.ndarray,
+    stiffening: np.ndarray,
+    diameters: np.ndarray | None = None,
 ) -> Waves:
     """Complex modes of a mistuned disk in the subspace of the family, all of one speed.
 
-    vectors: real modes of this disk on the tuned modes (m, K); squared: their ω² (K,) [rad²/s²];
-    stiffening: slopes of ω² over W² and W⁴ (0 or 2, K).
+    - vectors: real modes of this disk on the tuned modes (m, K).
+    - squared: their ω² (K,) [rad²/s²].
+    - stiffening: slopes of ω² over W² and W⁴ (0 or 2, K).
+    - diameters: numbers of nodal diameters of the real modes (K,), in their order, where each
+      complex mode shall have one; None: the blades are not alike.
     """
     n = air.waves.shape[1]
     part = vectors.T @ air.waves
@@ -201,11 +208,18 @@ def complex_modes(
         return ((seen * values) @ seen.conj().T).real
 
     # at the frequency of a blade circulation has the size that it has to damping in a tuned wave
-    root = own**0.25
+    blades = own if diameters is None else (np.abs(seen) ** 2) @ air.squared
+    root = blades**0.25
     circulation = np.outer(root, root) * matrix(1j * air.stiffness.imag * omega)
     damping, stiffness = matrix(air.damping * omega), matrix(air.stiffness.real * air.squared)
     stiffness += circulation
-    values, right, left = eigen(damping, stiffness + np.diag(own))
+    cuts = [] if diameters is None else np.flatnonzero(np.diff(diameters[rows])) + 1
+    values, right, left = np.zeros(n, complex), np.zeros((n, n), complex), np.zeros((n, 2 * n), complex)
+    for mine in np.split(np.arange(n), cuts):
+        block = np.ix_(mine, mine)
+        found = eigen(damping[block], (stiffness + np.diag(own))[block])
+        values[mine], right[block] = found[:2]
+        left[np.ix_(mine, np.append(mine, n + mine))] = found[2]
     scale = np.einsum("nk,k,kn->n", left[:, n:], own, right)
     slopes = np.einsum("nk,sk,kn->sn", left[:, n:], stiffening[:, rows], right)
     return Waves(rows, values, right, left, (slopes / scale).real, damping, stiffness)

@@ -23,11 +23,11 @@ def state_matrix(damping: np.ndarray, stiffness: np.ndarray, scale: float = 1.0)
     return np.block([[zero, one], [-stiffness / scale**2, -damping / scale]])
 
 
-def ratios(damping: float | Damping, omega: np.ndarray) -> float | np.ndarray:
-    """Damping ratio of modes with increasing omega (K,) [rad/s]: one for all, or one each (K,)."""
+def ratios_of(damping: float | Damping, omega: np.ndarray) -> np.ndarray:
+    """Damping ratios (K,) of the modes of a disk, all of them, in any order; omega: (K,) [rad/s]."""
     if not isinstance(damping, Damping):
-        return damping
-    place = np.arange(len(omega)) // damping.family
+        return np.full(len(omega), damping, dtype=float)
+    place = np.argsort(np.argsort(omega, kind="stable"), kind="stable") // damping.family
     if damping.bands:
         place = np.searchsorted(damping.bands, omega)
     return np.array(damping.ratios)[np.minimum(place, len(damping.ratios) - 1)]

@@ -9,7 +9,7 @@ from scipy.linalg import cho_factor, cho_solve, eigh
 from hpcrub.model import families
 from hpcrub.model.aero import Air, Waves, complex_modes
 from hpcrub.model.casing_modes import NO_PAIRS, CasingModes, Pairs
-from hpcrub.model.damping import Damping, ratios
+from hpcrub.model.damping import Damping, ratios_of
 from hpcrub.model.disk import Disk
 from hpcrub.model.interface import Interface, planar_interface
 
@@ -34,6 +34,42 @@ class ReducedModel(NamedTuple):
     air: Air | None = None  # None: air does not couple the blades
 
 
+class Blades(NamedTuple):
+    """How N blades that deviate act on the K modes of a tuned disk (`model.tuned_basis`)."""
+
+    diameters: np.ndarray  # nodal diameters of every mode, never decreasing (K,) int
+    points: np.ndarray  # corresponding contact points of all blades (N, P) int
+    observed: np.ndarray  # corresponding observed displacements (N, Q) int
+    modes: np.ndarray  # y_bj, J modes of each blade (N, J, K), Σ_j y yᵀ its stiffness [1/s]
+    of_family: np.ndarray  # whether a mode of the disk is of the family of blade mode j (J, K)
+    stress_blade: np.ndarray  # blade of every place of a stress (R,) int
+    deviation: np.ndarray  # relative, of each blade's stiffness from that of the modes (N,) [-]
+    reference: float  # deviation of all blades of the modes from the tuned disk [-]
+
+    @classmethod
+    def of_one(cls, modes: np.ndarray) -> "Blades":
+        """Blade of a disk of one blade and one point; modes: y of one mode of the blade (1, K)."""
+        n, none = modes.shape[1], np.zeros(0, dtype=int)
+        first = np.zeros((1, 1), dtype=int)
+        kinds = np.ones((1, n), dtype=bool)
+        return cls(np.zeros(n, int), first, first, modes[None], kinds, none, np.zeros(1), 0.0)
+
+    @property
+    def stiffer(self) -> np.ndarray:
+        """Stress at every place over that of the tuned disk in the same motion (R,) [-].
+
+        The sections of a stiffer blade carry a higher force.
+        """
+        return 1.0 + self.reference + self.deviation[self.stress_blade]
+
+    def energies(self, omega: np.ndarray) -> np.ndarray:
+        """Shares of each blade mode in the strain energy of the modes of its family (J, K) [-].
+
+        omega: of the modes of the disk (K,) [rad/s].
+        """
+        return self.of_family * (self.modes[0] / omega) ** 2
+
+
 class Rows(NamedTuple):
     """What the kernel integrates: R rows of a motion, before C contact points.
 
@@ -48,6 +84,11 @@ class Rows(NamedTuple):
     stress: np.ndarray  # (places, R) [Pa/(m sqrt(kg))]
     # forces of unit forces on the points along normal, tangential and axial, each (C, R)
     forces: tuple[np.ndarray, ...]
+    counts: tuple[int, int, int]  # rows of the disk's real modes, of complex modes, of pairs
+    points: np.ndarray  # corresponding points of all blades (N, P) int; (1, C) where none are known
+    diameters: np.ndarray  # nodal diameters of every row (R,) int; (0,) unless `Modes.blades`
+    blade: np.ndarray  # (N·J, R) `Blades.modes`, blade by blade [1/s]; (0, R) without
+    blade_forces: np.ndarray  # forces by unit forces along these, likewise
 
 
 class Modes(NamedTuple):
@@ -64,6 +105,7 @@ class Modes(NamedTuple):
     stress: np.ndarray = np.zeros((0, 0))  # (R, K) at the places of the interface [Pa/(m sqrt(kg))]
     pairs: Pairs = NO_PAIRS  # pairs of casing modes, beside the modes of the disk
     waves: Waves | None = None  # complex modes that replace some real ones; None: all are real
+    blades: Blades | None = None  # blades that deviate from these modes; None: none do
 
     @property
     def n_rows(self) -> int:
@@ -80,24 +122,42 @@ class Modes(NamedTuple):
     @property
     def rows(self) -> Rows:
         """What the kernel integrates: the rows of a motion."""
-        waves, real, casing = self.waves, self.real, self.pairs
-        beside = {"normal": casing.normal, "tangential": casing.tangential}
+        waves, real, n_casing = self.waves, self.real, 2 * len(self.pairs.omega)
 
-        def whole(name: str, side: Any) -> Any:
+        def whole(disk: np.ndarray, side: str = "motion", casing: Any = None) -> np.ndarray:
             """Motion per unit of every row, or force on it; side: the method of `Waves`."""
-            parts = [disk := getattr(self, name)]
+            parts = [disk]
             if waves:
                 disk = disk.reshape(-1, len(self.omega))
                 parts = [disk[:, real], getattr(waves, side)(disk)]
-            if n := 2 * len(casing.omega):
-                parts.append(beside.get(name, np.zeros((len(disk), n))))
+            if n_casing:
+                parts.append(np.zeros((len(disk), n_casing)) if casing is None else casing)
             return np.hstack(parts) if len(parts) > 1 else disk
 
+        beside = self.pairs.normal, self.pairs.tangential, None
+        along = self.normal, self.tangential, self.axial
+        moved = [whole(disk, casing=rows) for disk, rows in zip(along, beside, strict=True)]
+        pushed = [whole(disk, "force", rows) for disk, rows in zip(along, beside, strict=True)]
         size = np.abs(waves.eigenvalue) if waves else np.zeros(0)
-        moved = {name: whole(name, "motion") for name in (*MOTIONS, "stress")}
-        forces = tuple(whole(name, "force") for name in MOTIONS[:3])
-        omega = [self.omega[real], np.repeat(size, 2), np.repeat(casing.omega, 2)]
-        return Rows(omega=np.concatenate(omega), **moved, forces=forces)
+        omega = [self.omega[real], np.repeat(size, 2), np.repeat(self.pairs.omega, 2)]
+        diameters, blade = np.zeros(0, dtype=int), np.zeros((0, len(self.omega)))
+        points = np.arange(len(self.normal))[None]
+        if self.blades:
+            n_blades, h = len(self.blades.deviation), self.blades.diameters
+            around = self.pairs.n_waves % n_blades
+            parts = [h[real], np.repeat(h[waves.rows], 2)] if waves else [h]
+            diameters = np.concatenate([*parts, np.repeat(np.minimum(around, n_blades - around), 2)])
+            points = self.blades.points
+            blade = self.blades.modes.reshape(-1, len(self.omega))
+        return Rows(
+            np.concatenate(omega), *moved, whole(self.observed), whole(self.stress),
+            forces=tuple(pushed),
+            counts=tuple(map(len, omega)),
+            points=points,
+            diameters=diameters,
+            blade=whole(blade),
+            blade_forces=whole(blade, "force"),
+        )  # fmt: skip
 
     def of_rows(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Modal coordinates of disk (..., K) and casing (..., 2J), from rows (..., n_rows)."""
@@ -120,7 +180,7 @@ class Modes(NamedTuple):
 
     def damping_ratios(self, damping: float | Damping) -> np.ndarray:
         """Damping ratios of all rows of a motion [-]; damping: ratios of the real modes."""
-        of_disk = np.broadcast_to(ratios(damping, self.omega), self.omega.shape)[self.real]
+        of_disk = ratios_of(damping, self.omega)[self.real]
         in_air = np.repeat(self.waves.damping_ratio, 2) if self.waves else np.zeros(0)
         return np.concatenate([of_disk, in_air, np.repeat(self.pairs.damping_ratio, 2)])
 

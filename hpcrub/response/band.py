@@ -74,14 +74,24 @@ class SpeedEnd(NamedTuple):
 Observers = Mapping[str, Callable[[SpeedEnd], float]]  # {name of a quantity: its function}
 
 
+class Point(NamedTuple):
+    """A speed of a disk that waits for a lane."""
+
+    modes: Modes  # of the disk
+    index: int  # of the speed
+    out: Any  # SweepResult of the disk, to be filled
+    motion: Any = None  # Motion at all speeds to start from and to be filled; None: rest
+
+
 class Course:
     """Integration of one speed in a lane: its start, its next check and its rule."""
 
     def __init__(
-        self, index: int, speed_hz: float, modes: Modes, scene: Scene, grid: Grid, start: int
+        self, point: Point, speed_hz: float, modes: Modes, scene: Scene, grid: Grid, start: int
     ) -> None:
-        """Start at a block; index: of the speed; modes: at this speed."""
-        self.index, self.speed_hz, self.start = index, speed_hz, start
+        """Start at a block; modes: at this speed."""
+        self.point, self.index, self.speed_hz, self.start = point, point.index, speed_hz, start
+        self.modes = modes
         self.per_turn, steady = grid.blocks_per_revolution, scene.steady
         first, self.extension = check_blocks(steady, speed_hz, self.per_turn)
         self.check = start + first
@@ -122,7 +132,7 @@ class Course:
 
 
 class Band:
-    """Lanes that integrate the speeds of one band."""
+    """Lanes that integrate the speeds of one band, of one disk or of disks with a common basis."""
 
     def __init__(
         self,
@@ -131,11 +141,10 @@ class Band:
         grid: Grid,
         speeds_hz: np.ndarray,
         width: int,
-        motion: Any = None,
         observers: Observers = MappingProxyType({}),
     ) -> None:
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
-        self.motion, self.observers = motion, observers
+        self.observers = observers
         self.bank = bank.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.waves = Waves.of(scene.interface.observed_blade, modes.pairs)
@@ -146,9 +155,9 @@ class Band:
         self.record = Record.allocate(self.bank, *kept)
         self.lanes: list[Course | None] = [None] * width
 
-    def run(self, waiting: list[int], out: Any, poll: Any) -> int:
-        """Integrate the speeds ``waiting`` (indices) into ``out``; return the number of steps."""
-        n_steps, now = 0, 0
+    def run(self, waiting: list[Point], poll: Any) -> None:
+        """Integrate the points that wait, in this order, into their results (modified)."""
+        now = 0
         for lane in range(len(self.lanes)):
             self._refill(lane, waiting, now)
         while self._running():
@@ -166,12 +175,11 @@ class Band:
             for lane, course in self._running():
                 if course.check - self.window == now:  # the last window before a check begins
                     course.touched = now, self.bank.law.steps_touched(lane)
-                ended = self._ran_away(lane, course, before, now, out)
-                if ended or (course.check == now and self._finished(lane, course, now, out)):
-                    n_steps += (now - course.start) * self.grid.steps_per_block
+                ended = self._ran_away(lane, course, before, now)
+                if ended or (course.check == now and self._finished(lane, course, now)):
+                    course.point.out.n_steps += (now - course.start) * self.grid.steps_per_block
                     self._refill(lane, waiting, now)
             self._narrow()
-        return n_steps
 
     def _narrow(self) -> None:
         """Drop idle lanes where fewer lanes are enough, whose steps cost less."""
@@ -218,42 +226,43 @@ class Band:
         self.record.stress_peak[:, begun] = 0.0
         return np.array([lane for lane, _ in running], dtype=np.int64)
 
-    def _refill(self, lane: int, waiting: list[int], now: int) -> None:
-        """Put the next waiting speed into a lane; leave the lane idle if there is none."""
+    def _refill(self, lane: int, waiting: list[Point], now: int) -> None:
+        """Put the next waiting point into a lane; leave the lane idle if there is none."""
         self.lanes[lane] = None
         if not waiting:
             bank.empty_lane(self.bank, lane)
             return
-        index = waiting.pop(0)
-        speed = self.speeds_hz[index]
-        modes, h = self.modes.at(speed), 1.0 / (speed * self.grid.steps_per_revolution)
+        point = waiting.pop(0)
+        speed = self.speeds_hz[point.index]
+        modes, h = point.modes.at(speed), 1.0 / (speed * self.grid.steps_per_revolution)
         bank.fill_lane(self.bank, lane, modes, self.scene.at(speed), h)
-        if self.motion is not None:
-            bank.set_motion(self.bank, lane, *(m[index] for m in self.motion))
+        if point.motion is not None:
+            bank.set_motion(self.bank, lane, *(m[point.index] for m in point.motion))
         self.record.stress_peak[:, lane] = 0.0
-        self.lanes[lane] = Course(index, speed, modes, self.scene, self.grid, now)
+        self.lanes[lane] = Course(point, speed, modes, self.scene, self.grid, now)
 
-    def _ran_away(self, lane: int, course: Course, before: int, now: int, out: Any) -> bool:
-        """End a lane whose casing ran away in the last blocks (out is modified); whether it did."""
+    def _ran_away(self, lane: int, course: Course, before: int, now: int) -> bool:
+        """End a lane whose casing ran away in the last blocks; whether it did."""
         if course.runaway is None:
             return False
         ends = self.record.ends[:, lane].reshape(self.most_blocks, -1)
         n = course.runaway.see(ends[: now - before])
         if n:
             growth = course.runaway.growth(course.speed_hz)
-            out.casing.waves[course.index], out.casing.growth[course.index] = growth
+            casing = course.point.out.casing
+            casing.waves[course.index], casing.growth[course.index] = growth
             reason = course.runaway.reason(course.speed_hz)
-            self._end(lane, course, before + n, out, DIVERGED, reason)
+            self._end(lane, course, before + n, DIVERGED, reason)
         return n > 0
 
-    def _finished(self, lane: int, course: Course, now: int, out: Any) -> bool:
-        """Check a lane; if it ends here, write its result (out is modified) and return True."""
+    def _finished(self, lane: int, course: Course, now: int) -> bool:
+        """Check a lane; if it ends here, write its result and return True."""
         sizes = self._peaks()[self._windows(now), :, lane].max(axis=1)  # of two windows (2, O) [m]
         reason, outcome = judge(self.bank, lane, sizes, self.scene), DIVERGED
         begin, touched = course.touched
         steps = (now - begin) * self.grid.steps_per_block
         share = (self.bank.law.steps_touched(lane) - touched) / steps
-        stuck = permanent_contact(share, self.modes, self.scene, course.speed_hz)
+        stuck = permanent_contact(share, course.modes, self.scene, course.speed_hz)
         if stuck == status.FLUTTER and reason not in status.FATAL:
             reason = stuck  # the motion grows without bound: another window adds nothing
         if reason not in status.FATAL:
@@ -264,36 +273,33 @@ class Band:
             if stuck:
                 outcome, reason = DIVERGED, stuck
             else:
-                self._write(lane, course, now, verdict, stroke, out)
+                self._write(lane, course, now, verdict, stroke)
                 reason = reason or verdict.reason
             if reason == status.NONE and self._reverses(jump):
                 reason = status.REVERSED
         if outcome != DIVERGED:
             self._keep_worn(lane, course, now)
-            course.watch.write(course.index, out.wear)
-        self._end(lane, course, now, out, outcome, reason)
-        if self.motion is not None:
-            for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
+            course.watch.write(course.index, course.point.out.wear)
+        self._end(lane, course, now, outcome, reason)
+        if (motion := course.point.motion) is not None:
+            for values, end in zip(motion, bank.motion(self.bank, lane), strict=True):
                 values[course.index] = end
         return True
 
-    def _end(
-        self, lane: int, course: Course, now: int, out: Any, outcome: int, reason: int
-    ) -> None:
-        """Write status, reason and time of a speed that ends (out is modified)."""
-        index = course.index
+    def _end(self, lane: int, course: Course, now: int, outcome: int, reason: int) -> None:
+        """Write status, reason and time of a speed that ends."""
+        index, out = course.index, course.point.out
         out.point_status[index], out.point_reason[index] = outcome, reason
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = course.seconds(now)
 
-    def _write(
-        self, lane: int, course: Course, now: int, verdict: Any, stroke: float, out: Any
-    ) -> None:
-        """Write the amplitudes of a Verdict, and data of the last window (out is modified).
+    def _write(self, lane: int, course: Course, now: int, verdict: Any, stroke: float) -> None:
+        """Write the amplitudes of a Verdict, and data of the last window.
 
         stroke: largest peak-to-peak displacement in the last window [m].
         """
-        index, pairs, last = course.index, self.modes.pairs, self._windows(now)[1]
+        index, out, modes = course.index, course.point.out, course.modes
+        pairs, last = modes.pairs, self._windows(now)[1]
         out.amplitude[index] = verdict.amplitude
         out.error[index], out.scatter[index] = verdict.error, verdict.scatter
         out.growth_shows[index] = verdict.shows
@@ -302,13 +308,13 @@ class Band:
         out.half_peak_to_peak[index] = stroke / 2.0
         out.localisation[index] = localisation(self.scene.interface.of_blades(verdict.largest))
         if len(pairs.omega):
-            n, modes = 2 * len(pairs.omega), self.modes.at(course.speed_hz)
+            n = 2 * len(pairs.omega)
             records = self.record.casing[:, lane].reshape(2 * self.window, -1, n)[last]
             moved = largest(pairs, records.reshape(-1, n))
             out.casing.largest[index], out.casing.waves[index] = moved
             out.casing.share[index] = share_of_energy(modes, self.bank, lane)
         if self.observers:
-            modes, seen = self.modes.at(course.speed_hz), self._history()[last, :, :, lane]
+            seen = self._history()[last, :, :, lane]
             seen = seen[..., : len(modes.observed)].reshape(-1, len(modes.observed))
             end = SpeedEnd(course.speed_hz, modes, self.scene, self.bank, lane, seen)
             for name, observe in self.observers.items():

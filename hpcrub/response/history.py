@@ -18,7 +18,6 @@ from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.observers import record_displacements
-from hpcrub.contact.passes import correct
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import judge, watch_of
@@ -78,7 +77,7 @@ class Trace(NamedTuple):
         if kept >= 0 or not other:
             seen = trace.observed, trace.peak
             n_active = record_displacements(lanes, bank, *seen, kept, int(other), n_active)
-        correct(lanes, bank.scheme, bank.state, n_active)
+        bank.basis.correct(lanes, bank, n_active)
         if kept < 0:
             return 0
         for k in range(bank.state.position.shape[0]):

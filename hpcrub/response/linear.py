@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from hpcrub.model.damping import Damping, ratios
+from hpcrub.model.damping import Damping, ratios_of
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes, powers
 
@@ -126,7 +126,7 @@ class _Oscillators:
 
     def __init__(self, modes: Modes, damping_ratio: float | Damping, engine_order: int) -> None:
         self.modes, self.engine_order = modes, engine_order
-        self.xi = np.broadcast_to(ratios(damping_ratio, modes.omega), modes.omega.shape)
+        self.xi = ratios_of(damping_ratio, modes.omega)
         self.real, self.observed, waves = modes.real, modes.observed, modes.waves
         if waves:
             self.xi = self.xi.copy()

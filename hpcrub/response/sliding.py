@@ -17,7 +17,7 @@ import numpy as np
 
 from hpcrub.contact import status
 from hpcrub.model.coating import ElasticCasing
-from hpcrub.model.damping import Damping, ratios, state_matrix
+from hpcrub.model.damping import Damping, ratios_of, state_matrix
 from hpcrub.model.reduction import Modes
 
 PERMANENT = 0.99  # share of the last window that a blade touches, above which contact is permanent
@@ -46,7 +46,7 @@ def growth_rate(modes: Modes, damping_ratio: float | Damping, friction: float) -
     R, T = modes.normal[point], modes.tangential[point]
     G = R + friction * T
     held = np.eye(len(R)) - np.outer(G, R) / (R @ G)
-    xi = ratios(damping_ratio, modes.omega)
+    xi = ratios_of(damping_ratio, modes.omega)
     state = state_matrix(held * (2.0 * xi * modes.omega), held * modes.omega**2)
     # the constraint makes two eigenvalues zero, which rounding moves a little
     rate = float(np.linalg.eigvals(state).real.max())

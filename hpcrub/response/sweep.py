@@ -1,6 +1,6 @@
 """Frequency response of one sample: many angular speeds, integrated a band at a time (`band`)."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.reduction import Modes
-from hpcrub.response.band import Band, Observers
+from hpcrub.response.band import Band, Observers, Point
 from hpcrub.response.casing_motion import CasingMotion
 from hpcrub.response.quantities import Quantities, quantity
 from hpcrub.response.revolution import cut_revolution, speed_bands
@@ -141,21 +141,52 @@ def run_sweep(
     - observers: {name of a quantity: function of the end of a speed}. Its values are `observed` of
       the result; NaN at speeds without an amplitude, and where no blade can touch.
     """
+    disk = Disk(modes, selection, motion)
+    return run_sweeps([disk], scene, speeds_hz, poll, width, observers)[0]
+
+
+class Disk(NamedTuple):
+    """A disk whose response is asked; members as the arguments of `run_sweep`."""
+
+    modes: Modes
+    selection: Iterable[int] | None = None
+    motion: Motion | None = None
+
+
+def run_sweeps(
+    disks: Sequence[Disk],
+    scene: Scene,
+    speeds_hz: npt.ArrayLike,
+    poll: Callable[[], object] | None = None,
+    width: int | None = None,
+    observers: Observers = MappingProxyType({}),
+) -> list[SweepResult]:
+    """Integrate every speed of several disks, which fill the lanes together.
+
+    disks: of one basis (`model.tuned_basis`), or only one. Other arguments as for `run_sweep`. The
+    result of a disk does not depend on the others by one bit.
+    """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
-    out, n_steps = SweepResult.empty(n, scene.n_strips, observers), 0
-    wanted = set(range(n) if selection is None else selection)
-    if motion is None:
-        wanted -= _leave_at_rest(out, wanted, speeds_hz, scene)
+    results = [SweepResult.empty(n, scene.n_strips, observers) for _ in disks]
+    wanted = [set(range(n) if disk.selection is None else disk.selection) for disk in disks]
+    for disk, out, asked in zip(disks, results, wanted, strict=True):
+        if disk.motion is None:
+            asked -= _leave_at_rest(out, asked, speeds_hz, scene)
     for band in speed_bands(speeds_hz):
-        grid = cut_revolution(speeds_hz[band[0]], scene)
         # fastest first: they take longest to settle, and should not be left to the last lanes
-        waiting = [i for i in band[::-1] if i in wanted]
+        waiting = [
+            Point(disk.modes, i, out, disk.motion)
+            for disk, out, asked in zip(disks, results, wanted, strict=True)
+            for i in band[::-1]
+            if i in asked
+        ]
         if waiting:
             n_lanes = width or enough(scene.lanes, len(waiting))
-            lanes = Band(modes, scene, grid, speeds_hz, n_lanes, motion, observers)
-            n_steps += lanes.run(waiting, out, poll)
-    return replace(out, n_steps=n_steps)
+            grid = cut_revolution(speeds_hz[band[0]], scene)
+            modes = waiting[0].modes
+            Band(modes, scene, grid, speeds_hz, n_lanes, observers).run(waiting, poll)
+    return results
 
 
 def _leave_at_rest(out: Any, wanted: Any, speeds_hz: Any, scene: Scene) -> Any:

@@ -13,7 +13,7 @@ from hpcrub.response import history, sweep
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.sweep import SweepResult
-from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.disks import deviation, modes_of, rubbing_modes
 from hpcrub.setup.problem import Problem
 
 # time step of the trial of a planar disk, whose steps cost the same at any length [s]
@@ -70,6 +70,7 @@ def trial(
     seconds_per_disk = time.perf_counter() - started
     if not integrates:
         return Trial(seconds_per_disk)
+    modes = rubbing_modes(config, problem, deviation(config, len(config.levels) - 1, 0))
     solid = len(modes.axial) > 0  # its contacts are harder to solve with longer steps
     step = problem.scene.step if solid else max(problem.scene.step, MEASURED_STEP)
     scene = problem.scene._replace(scheme="exact_modal", step=step)

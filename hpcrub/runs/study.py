@@ -24,7 +24,7 @@ from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.job import Job, Round
 from hpcrub.setup import imported, plausibility
-from hpcrub.setup.disks import Disks, fixed_disks, modes_of
+from hpcrub.setup.disks import Disks, fixed_disks, rubbing_modes
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
@@ -187,7 +187,8 @@ class StudyInTime(Study):
     def prepare(self, config: Config) -> Any:
         """Prepare the Problem and the modes of all disks. Raises InputError."""
         problem = build_problem(config)
-        return Disks(problem, [modes_of(config, problem, blades) for blades in fixed_disks(config)])
+        disks = fixed_disks(config)
+        return Disks(problem, [rubbing_modes(config, problem, blades) for blades in disks])
 
     def n_tasks(self, config: Config) -> int:
         """Number of disks times number of groups of speeds."""

@@ -5,13 +5,13 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.model.interface import planar_interface
-from hpcrub.model.reduction import Modes
+from hpcrub.model.reduction import Blades, Modes
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import print_item
 from hpcrub.response import history, sweep
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.setup.disks import modes_of
+from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import Problem
 
 LOADING = "loading the kernel; a new one is compiled first, in half a minute"
@@ -27,7 +27,7 @@ def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> No
     Rank 0 compiles the code, and the others load it; without a cache folder every rank compiles.
     The code depends on disk, contact law and `histories`: whether the study keeps motions.
     """
-    tuned = modes_of(config, problem, np.zeros(config.disk.n_blades))
+    tuned = rubbing_modes(config, problem, np.zeros(config.disk.n_blades))
     kept = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     if team.rank == 0:
         print_item(LOADING if kept else COMPILING)
@@ -45,6 +45,8 @@ def _load(modes: Modes, scene: Scene, histories: bool) -> None:
         few, interface = few._replace(axial=two), interface._replace(axial=np.zeros((1, 2)))
     if len(modes.stiffening):
         few = few._replace(stiffening=np.zeros((2, 2)))
+    if modes.blades:
+        few = few._replace(blades=Blades.of_one(two))
     short = scene._replace(
         interface=interface,
         damping_ratio=0.01,

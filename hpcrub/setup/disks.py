@@ -25,7 +25,7 @@ class Disks(NamedTuple):
     """Problem and modes for simulations of the disks of an input."""
 
     problem: Problem
-    modes: list[Modes]  # of every disk
+    modes: list[Modes]  # of every disk, as `rubbing_modes`
 
 
 def run_deviation(config: Config, run: int) -> np.ndarray:
@@ -102,6 +102,21 @@ def modes_of(
     speed: of rotation, for frequencies and shapes [rad/s]; None: that of the reduced model.
     Raises InputError when blades deviate and the model file lacks their stiffness.
     """
+    _require_blades(config, model, deviation)
+    return mistuned_modes(model.reduced, deviation, speed)
+
+
+def rubbing_modes(config: Config, problem: Problem, deviation: np.ndarray) -> Modes:
+    """Modes with which one disk is integrated in time: of its own, or those that samples share.
+
+    deviation: as in `modes_of`. Raises InputError likewise.
+    """
+    _require_blades(config, problem, deviation)
+    if problem.basis is None:
+        return mistuned_modes(problem.reduced, deviation)
+    return problem.basis.modes_of(deviation)
+
+
+def _require_blades(config: Config, model: Model | Problem, deviation: np.ndarray) -> None:
     if np.abs(deviation).max() > FURTHEST and not model.reduced.modal_blade_stiffness.any():
         raise InputError(f"disk.model: {config.disk.model} has no K_blade, blades are all alike")
-    return mistuned_modes(model.reduced, deviation, speed)

@@ -1,18 +1,22 @@
 """Construction of the tuned disk, full and reduced, and of the scene."""
 
 import math
+import os
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
+from hpcrub.contact.cyclic import Cyclic
+from hpcrub.contact.dense import Dense
 from hpcrub.contact.lanes import WIDTHS
 from hpcrub.errors import InputError
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.disk import build_disk
 from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import ReducedModel, craig_bampton
+from hpcrub.model.tuned_basis import TunedBasis, tuned_basis
 from hpcrub.response.revolution import speed_bands
 from hpcrub.response.scene import RECORD_INTERVAL, Scene, enough
 from hpcrub.response.steady import SteadyCriteria
@@ -24,6 +28,9 @@ from hpcrub.setup.laws import law_of
 # Numbers of samples, for a planar disk and for a model file, from which kernels of several widths
 # gain more time than their compilation takes (docs/kernel.md).
 MANY_SAMPLES = 500, 20
+# A step may cost so much more with a basis that samples share: it needs no eigenproblem of a sample,
+# has exact frequencies and shapes at every speed, and fills lanes with samples.
+DEARER = 4.0 / 3.0
 ALONE = 8  # most lanes of a sweep that cannot go on with fewer at its end
 FURTHEST = 3e-4  # bound of the change of stiffness in a run of one disk (`disks.run_deviation`)
 CRITERIA = SteadyCriteria._fields[:-2]  # those that are keys
@@ -42,6 +49,7 @@ class Problem(NamedTuple):
 
     reduced: ReducedModel
     scene: Scene
+    basis: TunedBasis | None = None  # that all samples share; None: every sample has its own modes
 
 
 def build_model(config: Config) -> Model:
@@ -83,9 +91,7 @@ def build_problem(config: Config) -> Problem:
     interface = interface_of(config, reduced.interface)
     reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config), interface=interface)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
-    pattern = config.pattern_deviation
-    largest = config.mistuning.largest if pattern is None else np.max(pattern) + FURTHEST
-    stiffest = max(FURTHEST, largest)  # of the runs of the tuned disk, or of a sample
+    stiffest = _stiffest(config)
     fastest = float(np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest)))
     if reduced.casing:
         fastest = max(fastest, reduced.casing.omega.max())
@@ -95,7 +101,27 @@ def build_problem(config: Config) -> Problem:
             f"time.step_s: {config.time.step_s:g} is not below {limit:.4g} s, the stability limit "
             f"of central_difference for this {'disk and casing' if reduced.casing else 'model'}"
         )
-    return Problem(reduced, scene_of(config, interface)._replace(law=law_of(config)))
+    scene, basis = scene_of(config, interface)._replace(law=law_of(config)), _basis(reduced, stiffest)
+    return Problem(reduced, scene._replace(lanes=WIDTHS) if basis else scene, basis)
+
+
+def _stiffest(config: Config) -> float:
+    """Largest deviation of a blade in any disk of a configuration [-]."""
+    pattern = config.pattern_deviation
+    added = max(config.patterns.types_percent) / 100.0 if config.study == "patterns" else 0.0
+    largest = config.mistuning.largest if pattern is None else float(np.max(pattern))
+    return max(largest, 0.0) + max(added, 0.0) + FURTHEST
+
+
+def _basis(reduced: ReducedModel, stiffest: float) -> TunedBasis | None:
+    """Basis that all samples share, where a step with it costs little more, or less."""
+    forced = os.environ.get("HPCRUB_BASIS")  # for tests: dense or cyclic
+    if forced == "dense" or not len(reduced.interface.axial):
+        return None
+    basis = tuned_basis(reduced, stiffest)
+    if basis is None or forced == "cyclic":
+        return basis
+    return basis if Cyclic.cost(basis.modes) < DEARER * Dense.cost(basis.modes) else None
 
 
 def interface_of(config: Config, interface: Interface) -> Interface:

@@ -91,8 +91,10 @@ def windows(modes: Modes, scene: Scene, speeds_hz: np.ndarray, motion: Motion, p
 def deflection(modes: Modes, n_family: int, seed: int, task: int, size: float) -> np.ndarray:
     """Random modal coordinates (K,) in the first family, scaled to largest |u| = size [m]."""
     random = mistuning.uniform(seed, mistuning.START, 0, task, n_family)
-    random *= size / np.abs(modes.observed[:, :n_family] @ random).max()
-    return np.append(random, np.zeros(len(modes.omega) - n_family))
+    first = np.sort(np.argsort(modes.omega, kind="stable")[:n_family])
+    position = np.zeros(len(modes.omega))
+    position[first] = random * (size / np.abs(modes.observed[:, first] @ random).max())
+    return position
 
 
 def label_file(file: ResultFile) -> np.ndarray:

@@ -25,7 +25,7 @@ from hpcrub.results.verdict import Finding
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import modes_of, run_deviation
+from hpcrub.setup.disks import rubbing_modes, run_deviation
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.study import open_contact, require_complete
@@ -156,7 +156,7 @@ class Energy(StudyInTime):
         """Compute the strain energies of one disk."""
         tuned, samples = problem
         deviation = samples[task - 1] if task else run_deviation(config, 0)
-        modes = modes_of(config, tuned, deviation)
+        modes = rubbing_modes(config, tuned, deviation)
         stiffness = blade_stiffness(tuned.reduced, deviation, modes)
         energy, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
         group, where = ("", task - 1) if task else ("tuned/", ())

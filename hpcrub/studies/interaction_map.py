@@ -16,7 +16,7 @@ from hpcrub.response.revolution import cut_revolution
 from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import fixed_disks
+from hpcrub.setup.disks import fixed_disks, modes_of
 from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
 
@@ -105,6 +105,7 @@ class InteractionMap(StudyInTime):
         scene, groups = prepared.problem.scene, history.groups(config.speeds.values_hz)
         disk, number = divmod(task, len(groups))
         modes, group = prepared.modes[disk], groups[number]
+        own = modes_of(config, prepared.problem, fixed_disks(config)[disk])
         speeds, duration = config.speeds.values_hz[group], config.history.duration_s
         followers, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
         for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
@@ -115,10 +116,10 @@ class InteractionMap(StudyInTime):
         *values, reasons = zip(*parts, strict=True)
         time, tips, touching = map(np.concatenate, values)
         if group[0] == groups[0][0]:
-            yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
+            yield "natural_frequencies_hz", disk, own.omega / (2 * np.pi)
         for lane, (speed, follower) in enumerate(zip(group, followers, strict=True)):
             if config.disk.model is not None:
-                there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
+                there = own.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
                 yield AT_SPEED.name, (disk, speed), there
             # a group is integrated as long as its fastest speed needs; no speed depends on others
             end = history.n_records(speeds[lane], duration, scene)

@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 from evidence.truth.disk import DAMPING_RATIO, LOAD, mistune, reference_disk, reference_reduced
 from hpcrub.config.schema import Config
-from hpcrub.model.damping import Damping, ratios
+from hpcrub.model.damping import Damping, ratios_of
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, mistuned_modes
@@ -221,7 +221,7 @@ OMEGA = 2 * np.pi * np.array([80.0, 90.0, 100.0, 150.0, 200.0, 900.0])
     ],
 )
 def test_ratios_of_modes(damping, expected):
-    np.testing.assert_array_equal(ratios(damping, OMEGA), expected)
+    np.testing.assert_array_equal(ratios_of(damping, OMEGA), expected)
 
 
 def test_the_keys_of_damping():

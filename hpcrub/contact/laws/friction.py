@@ -84,7 +84,9 @@ def compliance(
 
     along, across: coefficient of friction times cos β and sin β of point j (L,).
     """
-    at = 3 * (j * law.cosine.shape[0] + i)
+    apart = law.sector[i] - law.sector[j]
+    apart = apart + law.n_sectors if apart < 0 else apart
+    at = 3 * ((apart * law.n_places + law.place[j]) * law.n_places + law.place[i])
     w = v.load(lanes, law.compliance, at)
     w = v.fma(along, v.load(lanes, law.compliance, at + 1), w)
     return v.fma(across, v.load(lanes, law.compliance, at + 2), w)

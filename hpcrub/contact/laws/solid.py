@@ -17,7 +17,7 @@ from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
 from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
-from hpcrub.contact.tables import columns, delassus, spread
+from hpcrub.contact.tables import columns, delassus
 from hpcrub.model.reduction import Rows
 
 GROUP = 48  # largest number of contact points in a group of neighbouring blades
@@ -101,15 +101,21 @@ class Solid(SurfaceLaw, SolidArrays):
         first = np.append(0, np.cumsum(interface.points_per_blade))
         starts = group_starts(first)
         most = np.diff(first[starts]).max()
+        sector, place = np.zeros((2, len(interface.angle)), dtype=np.int64)
+        sector[rows.points], place[rows.points] = np.indices(rows.points.shape)
         way = np.zeros(n_points)
         way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
         return cls(
             **v.lane_arrays(
                 width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=n_points, jams=1,
-                compliance=3 * n_points**2, cosine=n_points, sine=n_points,
+                compliance=3 * rows.points.size * rows.points.shape[1], cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, touched=interface.n_blades,
                 equations=most * (most + 1), depths=most, undone=most, wrong=most,
             ),
+            sector=sector,
+            place=place,
+            n_sectors=len(rows.points),
+            n_places=rows.points.shape[1],
             points=np.argsort(interface.blade, kind="stable"),
             blade=interface.blade,
             first=first,
@@ -133,15 +139,18 @@ class Solid(SurfaceLaw, SolidArrays):
     def fill(self, bank: Bank, lane: int, rows: Rows, scene: Scene) -> None:
         """Give a lane its compliances, and report a flaw of the operator (bank is modified)."""
         gain, friction = bank.scheme.gain[:, lane], scene.friction
-        W = np.stack([delassus(rows.normal.T, by.T, gain) for by in rows.forces])
+        # compliances of all points by forces on the first blade (3, N, P, P)
+        first = rows.points[0]
+        by_first = np.stack([delassus(rows.normal.T, by[first].T, gain) for by in rows.forces])
+        by_first = by_first[:, rows.points]
+        W = _unfolded(by_first, rows.points)
         self.surface.fill(lane, scene, bank.scheme.step[lane], W[0])
         own, along, across = np.diagonal(W, axis1=1, axis2=2)
         self.jams[0, lane] = (own <= friction * np.hypot(along, across)).any()
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W[0] + friction * W[1])
         if flaw not in (NONE, UNPROVEN):  # the lane gets no forces, and fails once a point touches
             return
-        table = self.compliance.reshape(-1, 3, self.compliance.shape[1])
-        spread(np.moveaxis(table, 1, 0), lane, np.swapaxes(W, 1, 2))
+        self.compliance[:, lane] = by_first.transpose(1, 3, 2, 0).ravel()
         most = np.abs(W[0]) + friction * np.hypot(W[1], W[2])
         most *= self.blade[:, None] != self.blade
         self.across[: len(most), lane] = most.max(axis=0)
@@ -157,6 +166,16 @@ class Solid(SurfaceLaw, SolidArrays):
     def steps_touched(self, lane: int) -> np.ndarray:
         """Number of steps in which each blade carried a force since its lane was filled (N,)."""
         return self.touched[:, lane].copy()
+
+
+def _unfolded(by_first: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Compliances (3, C, C) of all points from those by forces on the first blade (3, N, P, P)."""
+    n, C = len(points), points.size
+    W = np.empty((len(by_first), C, C))
+    for blade in range(n):
+        moved = points[(blade + np.arange(n)) % n]
+        W[:, moved[:, :, None], points[blade]] = by_first
+    return W
 
 
 def group_starts(first: np.ndarray) -> np.ndarray:

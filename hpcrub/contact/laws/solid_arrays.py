@@ -22,7 +22,13 @@ class SolidArrays(NamedTuple):
     friction: float  # coefficient of friction [-]
     tangential: np.ndarray  # T (K, C) [1/√kg]
     axial: np.ndarray  # A (K, C) [1/√kg]
-    compliance: np.ndarray  # (3·C·C, L) normal motion of i by force b on j, row 3(j·C + i) + b
+    # normal motion by force d of the point in place j of a blade, of that in place i, s blades on:
+    # row 3·((s·P + j)·P + i) + d (3·N·P·P, L). In the dense basis all points are of one blade.
+    compliance: np.ndarray
+    sector: np.ndarray  # blade of every point in these terms (C,) int
+    place: np.ndarray  # its place on this blade (C,) int
+    n_sectors: int  # N
+    n_places: int  # P
     cosine: np.ndarray  # cos β (C, L) (modified)
     sine: np.ndarray  # sin β (C, L) (modified)
     # (C, L): code of the surface's line (1 on a rigid casing) where a point carried a force in the

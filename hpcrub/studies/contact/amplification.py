@@ -17,7 +17,7 @@ from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import SweepResult
 from hpcrub.results.storage import ResultFile
-from hpcrub.setup.disks import modes_of, run_deviation
+from hpcrub.setup.disks import modes_of, rubbing_modes, run_deviation
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
@@ -125,7 +125,7 @@ def tuned_run(config: Config, problem: Problem, run: int) -> tuple[Modes, Scene]
         deviation = run_deviation(config, run)
     stays = run < config.mistuning.tuned_runs and config.mistuning.reference == "staying"
     steady = steady._replace(watches_growth=stays, aim=AIM)
-    return mistuned_modes(problem.reduced, deviation), problem.scene._replace(steady=steady)
+    return rubbing_modes(config, problem, deviation), problem.scene._replace(steady=steady)
 
 
 def join(parts: dict[int, Any]) -> Any:

@@ -16,7 +16,7 @@ from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, Study
-from hpcrub.setup.disks import modes_of
+from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact.amplification import peak, peak_status
 from hpcrub.studies.contact.limits import severities
@@ -72,7 +72,7 @@ def peaks_of(config: Config, problem: Problem, blades: np.ndarray, poll: Poll) -
     blades: stiffness deviations (N,) [-]. NaN where there is none. By their names in a `table`.
     """
     speeds = config.speeds.values_hz
-    result = run_sweep(modes_of(config, problem, blades), problem.scene, speeds, poll)
+    result = run_sweep(rubbing_modes(config, problem, blades), problem.scene, speeds, poll)
     size, at = peak(result, speeds)
     return {
         "peak_amplitude_m": size,

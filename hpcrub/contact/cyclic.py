@@ -1,0 +1,431 @@
+"""Cyclic basis: the modes of a tuned disk by nodal diameters, which lanes of any samples share.
+
+A mode of h nodal diameters moves corresponding rows p of all blades b by E_p cos(2πhb/N) +
+O_p sin(2πhb/N) (`model.tuned_basis`). So a step sums E and O over the modes of each h, on one blade,
+and a Fourier series gives all blades: K·2P and N²·P/2 products in place of K·N·P. The same series,
+the other way, turns forces of the blades into modal forces.
+
+Blades that deviate by δ_b from the modes push along their own modes y_bj in every step, by the
+motion at its begin, which the forces of contact in the step before belong to,
+
+    −δ_b (y + s_j (y − y⁻)),    s_j = ξ/(ω_j h),
+
+where y⁻ is y at the begin of the step before. The second part keeps the damping ratios of the
+mistuned disk those of the tuned one. δ_b is corrected for each j, so that a single mode keeps its
+exact frequency (`deviations`).
+"""
+
+import itertools
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.contact import lanes as v
+from hpcrub.contact.arrays import Bank, State
+from hpcrub.contact.dense import PER_MODE
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import ONE, TILE, TIPS
+from hpcrub.contact.passes import (
+    advance_ring,
+    advance_tiles,
+    advance_wave,
+    correct_modes,
+    modal_forces,
+    project,
+    resting,
+)
+from hpcrub.contact.protocols import Scene
+from hpcrub.contact.recurrence import LARGEST_PHASE
+from hpcrub.contact.tables import columns
+from hpcrub.model.damping import Damping, ratios_of
+from hpcrub.model.reduction import Blades, Modes, Rows
+from hpcrub.model.tuned_basis import series, unfolded
+
+
+class CyclicArrays(NamedTuple):
+    """Arrays for N blades, H = N // 2 + 1 nodal diameters, P points and J modes of each blade."""
+
+    normal: np.ndarray  # E, then O of the points' normal displacement (R, ≥ 2P) [1/√kg]
+    blade: np.ndarray  # E, then O of the blade modes (R, ≥ 2J) [1/s]
+    observed: np.ndarray  # E, then O of the observed displacements (R, ≥ 2Q) [1/√kg]
+    push: np.ndarray  # modal forces by E, then O of forces along the blade modes (2J, ≥ R) [1/s]
+    cosine: np.ndarray  # cos(2πhb/N) of h and b up to N/2 (H, ≥ H)
+    sine: np.ndarray  # sin(2πhb/N) (H, ≥ H)
+    begins: np.ndarray  # first real mode of each h, then the end (H + 1,) int
+    ends: np.ndarray  # end of the real modes of each h that blade modes move (H,) int
+    waves: np.ndarray  # first row of the complex modes of each h, then the end (H + 1,) int
+    diameters: np.ndarray  # h of every row (R,) int
+    points: np.ndarray  # contact point p of blade b, place p·N + b (P·N,) int
+    seen_rows: np.ndarray  # observed displacement q of blade b, place q·N + b (Q·N,) int
+    blade_of: np.ndarray  # blade of every contact point (C,) int
+    place: np.ndarray  # p of every contact point (C,) int
+    deviation: np.ndarray  # −δ of mode j of blade b, row j·N + b (J·N, L) [-]
+    lag: np.ndarray  # s_j (J, L) [-]
+    # y_bj that a unit multiplier on point p of blade a adds in its step, for k = (b − a) mod N,
+    # row ((i·P + p)·N + k)·J + j, with i its direction (3·P·N·J, L)
+    kick: np.ndarray
+    series: np.ndarray  # E and O of points or of observed displacements, work space (H·n, L)
+    blade_series: np.ndarray  # E and O of the blade modes, work space (H·n, L)
+    even: np.ndarray  # part of a row that is even in b, work space (≥ H, L)
+    odd: np.ndarray  # part of a row that is odd in b, work space (≥ H, L)
+    local: np.ndarray  # y of mode j of blade b, row j·N + b (J·N, L) [m·√kg/s] (modified)
+    before: np.ndarray  # y at the begin of the step before (J·N, L) [m·√kg/s] (modified)
+    late: np.ndarray  # E, then O of the forces of the deviations, row j·n + h (2J·n, L) (modified)
+    seen_at: np.ndarray  # observed displacements (≥ O, L) [m] (modified)
+    n_blades: int
+
+
+@compiled(inner=True)
+def to_blades(
+    lanes: tuple, basis: CyclicArrays, table: np.ndarray, even: int, odd: int, stride: int
+) -> None:
+    """Fourier series of a row: its even and odd parts over the blades (basis is modified).
+
+    even, odd: row of E and O in the table for h = 0; stride: rows from one h to the next.
+    """
+    n_waves = basis.cosine.shape[0]
+    for first in range(0, n_waves, TILE):
+        places = v.consecutive(TIPS, first)
+        e = o = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+        for h in range(n_waves):
+            e = v.tile_add(e, basis.cosine, h, places, v.load(lanes, table, even + h * stride))
+            o = v.tile_add(o, basis.sine, h, places, v.load(lanes, table, odd + h * stride))
+        v.store(basis.even, places, e)
+        v.store(basis.odd, places, o)
+
+
+@compiled(inline=True, inner=True)
+def on_blade(lanes: tuple, basis: CyclicArrays, b: int) -> np.ndarray:
+    """Value (L,) of the row of `to_blades` on a blade."""
+    other = basis.n_blades - b
+    if b <= other:
+        return v.load(lanes, basis.even, b) + v.load(lanes, basis.odd, b)
+    return v.load(lanes, basis.even, other) - v.load(lanes, basis.odd, other)
+
+
+@compiled(inline=True, inner=True)
+def blade_force(lanes: tuple, basis: CyclicArrays, at: int, lag: np.ndarray) -> np.ndarray:
+    """Force (L,) of a deviation; at: row of the blade mode in ``local``."""
+    y = v.load(lanes, basis.local, at)
+    y = v.fma(lag, y - v.load(lanes, basis.before, at), y)
+    return v.load(lanes, basis.deviation, at) * y
+
+
+@compiled(inner=True)
+def find_late_forces(lanes: tuple, basis: CyclicArrays) -> None:
+    """Series over the blades of the forces of the deviations (basis is modified)."""
+    (n_waves, stride), n_blades = basis.cosine.shape, basis.n_blades
+    n_each = basis.lag.shape[0]
+    for j in range(n_each):
+        lag = v.load(lanes, basis.lag, j)
+        for first in range(0, n_waves, TILE):
+            places = v.consecutive(TIPS, first)
+            e = o = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+            for b in range(n_waves):
+                both = less = blade_force(lanes, basis, j * n_blades + b, lag)
+                if 0 < b < n_blades - b:
+                    other = blade_force(lanes, basis, j * n_blades + n_blades - b, lag)
+                    both, less = both + other, less - other
+                e = v.tile_add(e, basis.cosine, b, places, both)
+                o = v.tile_add(o, basis.sine, b, places, less)
+            v.store(basis.late, v.consecutive(TIPS, j * stride + first), e)
+            v.store(basis.late, v.consecutive(TIPS, (j + n_each) * stride + first), o)
+
+
+@compiled(inline=True, inner=True)
+def late_forces(lanes: tuple, tile: tuple, basis: CyclicArrays, h: int, first: int) -> tuple:
+    """Modal forces of the deviations on a tile of modes with h nodal diameters."""
+    modes, total = v.consecutive(tile, first), v.tile_splat(tile, v.splat(lanes, 0.0))
+    stride = basis.cosine.shape[1]
+    for row in range(basis.push.shape[0]):
+        force = v.load(lanes, basis.late, row * stride + h)
+        total = v.tile_add(total, basis.push, row, modes, force)
+    return total
+
+
+@compiled(inline=True, inner=True)
+def advance_pushed(
+    lanes: tuple, tile: tuple, bank: Bank, step: int, n_active: int, h: int, begin: int, end: int
+) -> None:
+    """Corrector and predictor of whole tiles of real modes that blades push (bank is modified)."""
+    scheme, state = bank.scheme, bank.state
+    for first in range(begin, end, len(tile)):
+        force = modal_forces(lanes, tile, scheme, state, n_active, first)
+        late = late_forces(lanes, tile, bank.basis, h, first)
+        before, external = state.increment_before, scheme.external
+        v.tile_advance(force, first, state, scheme, before, external, step, late)
+
+
+@compiled(inner=True)
+def advance_real(lanes: tuple, bank: Bank, step: int, n_active: int, h: int) -> None:
+    """Corrector and predictor of the real modes with h nodal diameters (bank is modified)."""
+    scheme, state, basis = bank.scheme, bank.state, bank.basis
+    begin, end, before = basis.begins[h], basis.begins[h + 1], state.increment_before
+    middle = min(begin + -(-(basis.ends[h] - begin) // TILE) * TILE, end)
+    whole = middle - (middle - begin) % TILE
+    advance_pushed(lanes, TIPS, bank, step, n_active, h, begin, whole)
+    advance_pushed(lanes, ONE, bank, step, n_active, h, whole, middle)
+    whole = end - (end - middle) % TILE
+    advance_tiles(lanes, TIPS, scheme, state, before, step, n_active, middle, whole)
+    advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end)
+
+
+@compiled(inner=True)
+def advance_waves(lanes: tuple, bank: Bank, step: int, n_active: int, h: int) -> None:
+    """Corrector and predictor of the complex modes with h nodal diameters (bank is modified)."""
+    for k in range(bank.basis.waves[h], bank.basis.waves[h + 1], 2):
+        c = late_forces(lanes, ONE, bank.basis, h, k)[0]
+        s = late_forces(lanes, ONE, bank.basis, h, k + 1)[0]
+        external = bank.scheme.external
+        advance_wave(lanes, bank.scheme, bank.state, external, step, n_active, k, (c, s))
+
+
+@compiled(inner=True)
+def sum_up(
+    lanes: tuple, basis: CyclicArrays, state: State, table: np.ndarray, sums: np.ndarray, h: int,
+    end: int,
+) -> None:  # fmt: skip
+    """Sum E and O of all modes with h nodal diameters (sums are modified).
+
+    table: (R, n) of E and O; sums: (H·n, L); end: end of the real modes that count.
+    """
+    n = table.shape[1]
+    for first in range(0, n, TILE):
+        tile = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+        tile = project(lanes, table, state.position, first, basis.begins[h], end, tile)
+        start, stop = basis.waves[h], basis.waves[h + 1]
+        tile = project(lanes, table, state.position, first, start, stop, tile)
+        v.store(sums, v.consecutive(TIPS, h * n + first), tile)
+
+
+@compiled(inner=True)
+def add_rings(lanes: tuple, bank: Bank, step: int, n_active: int) -> None:
+    """Advance the casing, and add its motion to the series of the points (bank is modified)."""
+    basis, n = bank.basis, bank.basis.normal.shape[1]
+    for k in range(basis.waves[-1], basis.diameters.shape[0], 2):
+        advance_ring(lanes, bank.scheme, bank.state, step, n_active, k)
+        for first in range(0, n, TILE):
+            places = v.consecutive(TIPS, basis.diameters[k] * n + first)
+            tile = v.load(lanes, basis.series, places)
+            tile = project(lanes, basis.normal, bank.state.position, first, k, k + 2, tile)
+            v.store(basis.series, places, tile)
+
+
+@compiled(inner=True)
+def find_gaps(lanes: tuple, bank: Bank, step: int) -> np.ndarray:
+    """Penetrations of all points from their series (bank is modified).
+
+    Returns the deepest penetration (L,) [m].
+    """
+    basis, n, deepest = bank.basis, bank.basis.normal.shape[1], v.splat(lanes, -np.inf)
+    n_each = basis.points.shape[0] // basis.n_blades
+    for p in range(n_each):
+        to_blades(lanes, basis, basis.series, p, n_each + p, n)
+        for b in range(basis.n_blades):
+            i = basis.points[p * basis.n_blades + b]
+            rest = resting(lanes, ONE, bank.scheme, bank.state, step, v.consecutive(ONE, i))
+            depth = rest[0] + on_blade(lanes, basis, b)
+            v.store(bank.state.penetration, i, depth)
+            deepest = v.larger(depth, deepest)
+    return deepest
+
+
+@compiled(inner=True)
+def move_blades(lanes: tuple, basis: CyclicArrays) -> None:
+    """Take the motion of the blade modes from their series (basis is modified)."""
+    n, n_each = basis.blade.shape[1], basis.lag.shape[0]
+    for j in range(n_each):
+        to_blades(lanes, basis, basis.blade_series, j, n_each + j, n)
+        for b in range(basis.n_blades):
+            at = j * basis.n_blades + b
+            v.store(basis.before, at, v.load(lanes, basis.local, at))
+            v.store(basis.local, at, on_blade(lanes, basis, b))
+
+
+@compiled(inner=True)
+def settle(lanes: tuple, basis: CyclicArrays, state: State, n_active: int) -> None:
+    """Add to the blade modes what the active points move in their step (basis is modified)."""
+    n_points, n_blades, n_each = basis.place.shape[0], basis.n_blades, basis.lag.shape[0]
+    n_rows = (state.multiplier.shape[0] - 1) // 3
+    for a in range(n_active):
+        direction, i = divmod(state.active[a], n_rows)
+        force = v.load(lanes, state.multiplier, state.active[a])
+        start = (direction * (n_points // n_blades) + basis.place[i]) * n_blades
+        for k in range(n_blades):
+            b = basis.blade_of[i] + k
+            b = b - n_blades if b >= n_blades else b
+            for j in range(n_each):
+                kick, at = v.load(lanes, basis.kick, (start + k) * n_each + j), j * n_blades + b
+                v.store(basis.local, at, v.fma(kick, force, v.load(lanes, basis.local, at)))
+
+
+class Cyclic(CyclicArrays):
+    """The cyclic basis of a bank."""
+
+    @staticmethod
+    def per_lane() -> tuple[str, ...]:
+        """Names of arrays whose last axis is the lanes."""
+        return (
+            "deviation", "lag", "kick", "series", "blade_series", "even", "odd", "local",
+            "before", "late", "seen_at",
+        )  # fmt: skip
+
+    @classmethod
+    def allocate(cls, rows: Rows, blades: Blades, width: int) -> "Cyclic":
+        """Basis for idle lanes."""
+        (n_blades, n_points), n_seen = blades.points.shape, blades.observed.shape[1]
+        n_modes, n_waves = blades.modes.shape[1], n_blades // 2 + 1
+        tables = [
+            columns(np.concatenate(series(part, rows.diameters)))
+            for part in (
+                rows.normal[blades.points],
+                rows.observed[blades.observed],
+                rows.blade.reshape(n_blades, n_modes, -1),
+            )
+        ]
+        push = series(rows.blade_forces.reshape(n_blades, n_modes, -1), rows.diameters)
+        h = np.arange(n_waves + 1)
+        real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
+        begins = np.searchsorted(real, h)
+        moved = np.abs(rows.blade[:, : len(real)]).max(axis=0, initial=0.0) > 0.0
+        ends = [a + np.flatnonzero(moved[a:b]).max(initial=-1) + 1
+                for a, b in itertools.pairwise(begins)]
+        angle = 2.0 * np.pi / n_blades * np.outer(h[:-1], h[:-1])
+        sine = np.sin(angle) * (2 * h[:-1] < n_blades) * (h[:-1] > 0)[:, None]
+        padded = columns(angle).shape[1]
+        place = np.zeros((2, blades.points.size), dtype=np.int64)
+        place[:, blades.points] = np.indices(blades.points.shape)
+        return cls(
+            normal=tables[0], observed=tables[1], blade=tables[2],
+            push=np.pad(np.concatenate(push), ((0, 0), (0, TILE))),
+            cosine=columns(np.cos(angle).T), sine=columns(sine.T),
+            begins=begins, ends=np.array(ends), waves=len(real) + np.searchsorted(waves, h),
+            diameters=rows.diameters, points=blades.points.T.ravel(), seen_rows=blades.observed.T.ravel(),
+            blade_of=place[0], place=place[1],
+            **v.lane_arrays(
+                width, deviation=n_modes * n_blades, lag=n_modes,
+                kick=3 * n_points * n_blades * n_modes,
+                series=n_waves * max(table.shape[1] for table in tables[:2]),
+                blade_series=n_waves * tables[2].shape[1], even=padded, odd=padded,
+                local=n_modes * n_blades, before=n_modes * n_blades,
+                late=2 * n_modes * padded, seen_at=columns(rows.observed).shape[1],
+            ),
+            n_blades=n_blades,
+        )  # fmt: skip
+
+    @staticmethod
+    def cost(modes: Modes) -> float:
+        """Products of a step of one lane without contact, as `Dense.cost`."""
+        blades: Any = modes.blades
+        (n_blades, n_each), (_, n_points) = blades.modes.shape[:2], blades.points.shape
+        moved, n_waves = np.count_nonzero(blades.modes[0].any(axis=0)), n_blades // 2 + 1
+        point, blade, wave = (-(-n // TILE) * TILE for n in (2 * n_points, 2 * n_each, n_waves))
+        series = 2.0 * n_waves * wave * (n_points + 2 * n_each)
+        own = 3.0 * n_blades * (n_points + 3 * n_each)
+        return len(modes.omega) * (PER_MODE + point) + moved * (blade + 2 * n_each) + series + own
+
+    def fill(self, bank: Bank, lane: int, modes: Modes, rows: Rows, scene: Scene) -> None:
+        """Give a lane the deviations of its blades (basis is modified).
+
+        modes, rows: at the speed of the lane; bank: with the coefficients of the lane.
+        """
+        blades: Any = modes.blades
+        scheme, h = bank.scheme, bank.scheme.step[lane]
+        exact = scene.scheme == "exact_modal"
+        self.deviation[:, lane] = -deviations(modes, h if exact else 0.0).T.ravel()
+        self.lag[:, lane] = lags(modes, scene.damping_ratio) / h
+        first = [by[blades.points[0]] for by in rows.forces]
+        kicks = -np.concatenate(first) * scheme.gain[:, lane]
+        y = rows.blade.reshape(blades.modes.shape[0], -1, rows.blade.shape[1])
+        self.kick[:, lane] = np.einsum("fr,bjr->fbj", kicks, y, optimize=True).ravel()
+
+    def start(self, bank: Bank, lane: int) -> None:
+        """Find the motion of the blade modes of a lane that starts in motion (basis is modified)."""
+        position, d = bank.state.position[:, lane], bank.state.increment[:, lane]
+        self.local[:, lane] = self._on_blades(position)
+        self.before[:, lane] = self._on_blades(position - d)
+
+    def _on_blades(self, position: np.ndarray) -> np.ndarray:
+        """Blade modes (J·N,) [m·√kg/s] at modal coordinates (R,)."""
+        n_modes = len(self.lag)
+        even, odd = (self.blade[:, k : k + n_modes].T * position for k in (0, n_modes))
+        return unfolded(even, odd, self.diameters, self.n_blades).sum(axis=2).T.ravel()
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
+        """Corrector of the step before, predictor and penetrations of this step (bank is modified).
+
+        Returns the deepest penetration of all contact points (L,) [m].
+        """
+        basis, state = bank.basis, bank.state
+        settle(lanes, basis, state, n_active)
+        find_late_forces(lanes, basis)
+        for h in range(basis.cosine.shape[0]):
+            advance_real(lanes, bank, step, n_active, h)
+            advance_waves(lanes, bank, step, n_active, h)
+            sum_up(lanes, basis, state, basis.normal, basis.series, h, basis.begins[h + 1])
+            sum_up(lanes, basis, state, basis.blade, basis.blade_series, h, basis.ends[h])
+        add_rings(lanes, bank, step, n_active)
+        move_blades(lanes, basis)
+        return find_gaps(lanes, bank, step)
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def correct(lanes: tuple, bank: Bank, n_active: int) -> None:
+        """Corrector of all modes without a predictor (bank is modified)."""
+        settle(lanes, bank.basis, bank.state, n_active)
+        correct_modes(lanes, bank.scheme, bank.state, n_active)
+
+    @staticmethod
+    @compiled(inner=True)
+    def look(lanes: tuple, bank: Bank) -> None:
+        """Find all observed displacements, `seen` (bank is modified)."""
+        basis, n = bank.basis, bank.basis.observed.shape[1]
+        n_each = basis.seen_rows.shape[0] // basis.n_blades
+        for h in range(basis.cosine.shape[0]):
+            end = basis.begins[h + 1]
+            sum_up(lanes, basis, bank.state, basis.observed, basis.series, h, end)
+        for q in range(n_each):
+            to_blades(lanes, basis, basis.series, q, n_each + q, n)
+            for b in range(basis.n_blades):
+                row = basis.seen_rows[q * basis.n_blades + b]
+                v.store(basis.seen_at, row, on_blade(lanes, basis, b))
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def seen(lanes: tuple, bank: Bank, first: int) -> tuple:
+        """Observed displacements of a tile of rows from ``first`` on [m], after `look`."""
+        return v.load(lanes, bank.basis.seen_at, v.consecutive(TIPS, first))
+
+
+def deviations(modes: Modes, h: float) -> np.ndarray:
+    """Relative deviations (N, J) that give a mode of a blade its exact frequency at a step h [s].
+
+    A step takes sin²(θ/2) (1 + s δ) for sin²(θ √(1 + s δ)/2), with θ = ω_j h and s the blade's share
+    of the mode's strain energy. Modes faster than LARGEST_PHASE are no exact ones.
+    """
+    blades: Any = modes.blades
+    energies = blades.energies(modes.omega)
+    share = energies.sum(axis=1)
+    theta = h * np.sqrt(energies @ modes.omega**2 / share)
+    exact = np.repeat(blades.deviation[:, None], len(share), axis=1)
+    changed = share * exact
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sine = np.sin(theta / 2.0 * np.sqrt(1.0 + changed)) / np.sin(theta / 2.0)
+        ratio = (sine**2 - 1.0) / changed
+    apply = (changed != 0.0) & (theta > 1e-4) & (theta < LARGEST_PHASE)
+    return np.where(apply, exact * ratio, exact)
+
+
+def lags(modes: Modes, damping: float | Damping) -> np.ndarray:
+    """Damping ratio over frequency (J,) [s] of every mode of a blade, by the family of the disk.
+
+    Modes in air keep the damping of the tuned disk (`model.aero`).
+    """
+    blades: Any = modes.blades
+    energies = blades.energies(modes.omega)
+    of_disk = ratios_of(damping, modes.omega) / modes.omega
+    if modes.waves:
+        of_disk[modes.waves.rows] = 0.0
+    return energies @ of_disk / energies.sum(axis=1)
