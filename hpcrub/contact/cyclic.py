@@ -16,12 +16,13 @@ exact frequency (`deviations`).
 """
 
 import itertools
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, State
+from hpcrub.contact.cyclic_arrays import CyclicArrays, deviations, lags
 from hpcrub.contact.dense import PER_MODE
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import ONE, TILE, TIPS
@@ -288,8 +289,10 @@ class Cyclic(CyclicArrays):
         real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
         begins = np.searchsorted(real, h)
         moved = np.abs(rows.blade[:, : len(real)]).max(axis=0, initial=0.0) > 0.0
-        ends = [a + np.flatnonzero(moved[a:b]).max(initial=-1) + 1
-                for a, b in itertools.pairwise(begins)]
+        ends = [
+            a + np.flatnonzero(moved[a:b]).max(initial=-1) + 1
+            for a, b in itertools.pairwise(begins)
+        ]
         angle = 2.0 * np.pi / n_blades * np.outer(h[:-1], h[:-1])
         sine = np.sin(angle) * (2 * h[:-1] < n_blades) * (h[:-1] > 0)[:, None]
         padded = columns(angle).shape[1]

@@ -16,7 +16,6 @@ from hpcrub.contact.passes import advance, correct_modes, end_of_block, project,
 from hpcrub.contact.tables import columns
 from hpcrub.model.reduction import Modes
 
-
 PER_MODE = 8  # products and loads of the recurrence of one mode
 
 

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import Bank, Scheme, State
+from hpcrub.contact.arrays import Scheme, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import BLOCK, ONE, PAIR, TILE, TIPS
 

@@ -213,9 +213,9 @@ def complex_modes(
     circulation = np.outer(root, root) * matrix(1j * air.stiffness.imag * omega)
     damping, stiffness = matrix(air.damping * omega), matrix(air.stiffness.real * air.squared)
     stiffness += circulation
-    cuts = [] if diameters is None else np.flatnonzero(np.diff(diameters[rows])) + 1
-    values, right, left = np.zeros(n, complex), np.zeros((n, n), complex), np.zeros((n, 2 * n), complex)
-    for mine in np.split(np.arange(n), cuts):
+    values, right, left = (np.zeros(shape, complex) for shape in (n, (n, n), (n, 2 * n)))
+    one = np.zeros(n) if diameters is None else diameters[rows]
+    for mine in np.split(np.arange(n), np.flatnonzero(np.diff(one)) + 1):
         block = np.ix_(mine, mine)
         found = eigen(damping[block], (stiffness + np.diag(own))[block])
         values[mine], right[block] = found[:2]

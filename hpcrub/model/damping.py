@@ -24,7 +24,7 @@ def state_matrix(damping: np.ndarray, stiffness: np.ndarray, scale: float = 1.0)
 
 
 def ratios_of(damping: float | Damping, omega: np.ndarray) -> np.ndarray:
-    """Damping ratios (K,) of the modes of a disk, all of them, in any order; omega: (K,) [rad/s]."""
+    """Damping ratios (K,) of all modes of a disk, in any order; omega: theirs (K,) [rad/s]."""
     if not isinstance(damping, Damping):
         return np.full(len(omega), damping, dtype=float)
     place = np.argsort(np.argsort(omega, kind="stable"), kind="stable") // damping.family

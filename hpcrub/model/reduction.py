@@ -85,7 +85,7 @@ class Rows(NamedTuple):
     # forces of unit forces on the points along normal, tangential and axial, each (C, R)
     forces: tuple[np.ndarray, ...]
     counts: tuple[int, int, int]  # rows of the disk's real modes, of complex modes, of pairs
-    points: np.ndarray  # corresponding points of all blades (N, P) int; (1, C) where none are known
+    points: np.ndarray  # corresponding points of all blades (N, P) int; (1, C): not known
     diameters: np.ndarray  # nodal diameters of every row (R,) int; (0,) unless `Modes.blades`
     blade: np.ndarray  # (N·J, R) `Blades.modes`, blade by blade [1/s]; (0, R) without
     blade_forces: np.ndarray  # forces by unit forces along these, likewise
@@ -136,8 +136,7 @@ class Modes(NamedTuple):
 
         beside = self.pairs.normal, self.pairs.tangential, None
         along = self.normal, self.tangential, self.axial
-        moved = [whole(disk, casing=rows) for disk, rows in zip(along, beside, strict=True)]
-        pushed = [whole(disk, "force", rows) for disk, rows in zip(along, beside, strict=True)]
+        normal, tangential, axial = map(whole, along, ["motion"] * 3, beside)
         size = np.abs(waves.eigenvalue) if waves else np.zeros(0)
         omega = [self.omega[real], np.repeat(size, 2), np.repeat(self.pairs.omega, 2)]
         diameters, blade = np.zeros(0, dtype=int), np.zeros((0, len(self.omega)))
@@ -146,18 +145,25 @@ class Modes(NamedTuple):
             n_blades, h = len(self.blades.deviation), self.blades.diameters
             around = self.pairs.n_waves % n_blades
             parts = [h[real], np.repeat(h[waves.rows], 2)] if waves else [h]
-            diameters = np.concatenate([*parts, np.repeat(np.minimum(around, n_blades - around), 2)])
+            diameters = np.concatenate(
+                [*parts, np.repeat(np.minimum(around, n_blades - around), 2)]
+            )
             points = self.blades.points
             blade = self.blades.modes.reshape(-1, len(self.omega))
         return Rows(
-            np.concatenate(omega), *moved, whole(self.observed), whole(self.stress),
-            forces=tuple(pushed),
-            counts=tuple(map(len, omega)),
+            omega=np.concatenate(omega),
+            normal=normal,
+            tangential=tangential,
+            axial=axial,
+            observed=whole(self.observed),
+            stress=whole(self.stress),
+            forces=tuple(map(whole, along, ["force"] * 3, beside)),
+            counts=(len(omega[0]), len(omega[1]), len(omega[2])),
             points=points,
             diameters=diameters,
             blade=whole(blade),
             blade_forces=whole(blade, "force"),
-        )  # fmt: skip
+        )
 
     def of_rows(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Modal coordinates of disk (..., K) and casing (..., 2J), from rows (..., n_rows)."""

@@ -63,9 +63,7 @@ def series(rows: np.ndarray, diameters: np.ndarray) -> tuple[np.ndarray, np.ndar
     return power.real, -power.imag
 
 
-def unfolded(
-    even: np.ndarray, odd: np.ndarray, diameters: np.ndarray, n_blades: int
-) -> np.ndarray:
+def unfolded(even: np.ndarray, odd: np.ndarray, diameters: np.ndarray, n_blades: int) -> np.ndarray:
     """Corresponding rows of all blades (N, P, K) from their coefficients E and O (P, K)."""
     angle = 2.0 * np.pi / n_blades * np.outer(np.arange(n_blades), diameters)
     return even * np.cos(angle)[:, None] + odd * np.sin(angle)[:, None]
@@ -129,40 +127,46 @@ def tuned_basis(reduced: ReducedModel, reference: float) -> TunedBasis | None:
     points, observed = by_blade(face.blade), by_blade(face.observed_blade)
     n_each = multiplicity(np.arange(face.n_blades // 2 + 1), face.n_blades)
     counts = np.bincount(diameters, minlength=len(n_each))
-    if points is None or observed is None or (counts * face.n_blades != n_each * counts.sum()).any():
+    if (
+        points is None
+        or observed is None
+        or (counts * face.n_blades != n_each * counts.sum()).any()
+    ):
         return None
     order = np.argsort(diameters, kind="stable")
-    vectors = np.eye(len(order))[:, order]
     motion = np.concatenate([rows @ reduced.tuned_modes for rows in (face.normal, face.tangential)])
     places = np.concatenate([points, points + len(face.normal)], axis=1)
+    vectors = np.eye(len(order))[:, order]
     vectors = vectors * waves.signs((motion @ vectors)[places])
-    squared = reduced.tuned_eigenvalues[order]
     own = project(reduced.modal_blade_stiffness[0], vectors)
+    squared = reduced.tuned_eigenvalues[order]
     every = waves.of_first_blade(_blade_modes(own, squared, waves))
     squared, stiffer = _stiffer(squared, every, reference, waves.diameters)
-    vectors = vectors @ stiffer
-    signs = waves.signs((motion @ vectors)[places])
-    vectors, every = vectors * signs, every @ (stiffer * signs)
+    stiffer = stiffer * waves.signs((motion @ vectors @ stiffer)[places])
+    vectors, every = vectors @ stiffer, every @ stiffer
     rows = _repeated(face, reduced.tuned_modes @ vectors, waves, points, observed)
-    if rows is None:
-        return None
-    slopes = [np.einsum("ik,ik->k", vectors, k @ vectors) for k in reduced.stiffening]
     blades = Blades(
         waves.diameters, points, observed, every, _families(every[0], squared, waves),
         face.stress_blade, np.zeros(len(points)), reference,
     )  # fmt: skip
+    return None if rows is None else TunedBasis(_modes(reduced, vectors, squared, blades, rows))
+
+
+def _modes(
+    reduced: ReducedModel, vectors: np.ndarray, squared: np.ndarray, blades: Blades, rows: Any
+) -> Modes:
+    """Modes (m, K) on the tuned ones with ω² (K,), which blades and rows are of."""
+    slopes = [np.einsum("ik,ik->k", vectors, k @ vectors) for k in reduced.stiffening]
     stiffening, air = np.array(slopes).reshape(-1, len(squared)), reduced.air
-    return TunedBasis(
-        Modes(
-            omega=np.sqrt(squared),
-            shapes=reduced.tuned_modes @ vectors,
-            speed=reduced.speed,
-            stiffening=stiffening,
-            pairs=reduced.casing.seen_from(face.angle) if reduced.casing else NO_PAIRS,
-            waves=air and complex_modes(air, vectors, squared, stiffening, waves.diameters),
-            blades=blades,
-            **rows,
-        )
+    return Modes(
+        omega=np.sqrt(squared),
+        shapes=reduced.tuned_modes @ vectors,
+        speed=reduced.speed,
+        stiffening=stiffening,
+        pairs=reduced.casing.seen_from(reduced.interface.angle) if reduced.casing else NO_PAIRS,
+        waves=air and complex_modes(air, vectors, squared, stiffening, blades.diameters),
+        blades=blades,
+        **rows,
     )
 
 

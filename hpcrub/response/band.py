@@ -78,7 +78,7 @@ class Point(NamedTuple):
     """A speed of a disk that waits for a lane."""
 
     modes: Modes  # of the disk
-    index: int  # of the speed
+    number: int  # of the speed
     out: Any  # SweepResult of the disk, to be filled
     motion: Any = None  # Motion at all speeds to start from and to be filled; None: rest
 
@@ -90,7 +90,7 @@ class Course:
         self, point: Point, speed_hz: float, modes: Modes, scene: Scene, grid: Grid, start: int
     ) -> None:
         """Start at a block; modes: at this speed."""
-        self.point, self.index, self.speed_hz, self.start = point, point.index, speed_hz, start
+        self.point, self.index, self.speed_hz, self.start = point, point.number, speed_hz, start
         self.modes = modes
         self.per_turn, steady = grid.blocks_per_revolution, scene.steady
         first, self.extension = check_blocks(steady, speed_hz, self.per_turn)
@@ -233,11 +233,11 @@ class Band:
             bank.empty_lane(self.bank, lane)
             return
         point = waiting.pop(0)
-        speed = self.speeds_hz[point.index]
+        speed = self.speeds_hz[point.number]
         modes, h = point.modes.at(speed), 1.0 / (speed * self.grid.steps_per_revolution)
         bank.fill_lane(self.bank, lane, modes, self.scene.at(speed), h)
         if point.motion is not None:
-            bank.set_motion(self.bank, lane, *(m[point.index] for m in point.motion))
+            bank.set_motion(self.bank, lane, *(m[point.number] for m in point.motion))
         self.record.stress_peak[:, lane] = 0.0
         self.lanes[lane] = Course(point, speed, modes, self.scene, self.grid, now)
 

@@ -28,8 +28,8 @@ from hpcrub.setup.laws import law_of
 # Numbers of samples, for a planar disk and for a model file, from which kernels of several widths
 # gain more time than their compilation takes (docs/kernel.md).
 MANY_SAMPLES = 500, 20
-# A step may cost so much more with a basis that samples share: it needs no eigenproblem of a sample,
-# has exact frequencies and shapes at every speed, and fills lanes with samples.
+# A step may cost so much more with a basis that samples share, as it needs no eigenproblem of a
+# sample, has the frequencies and shapes of every speed, and fills lanes with samples.
 DEARER = 4.0 / 3.0
 ALONE = 8  # most lanes of a sweep that cannot go on with fewer at its end
 FURTHEST = 3e-4  # bound of the change of stiffness in a run of one disk (`disks.run_deviation`)
@@ -101,7 +101,8 @@ def build_problem(config: Config) -> Problem:
             f"time.step_s: {config.time.step_s:g} is not below {limit:.4g} s, the stability limit "
             f"of central_difference for this {'disk and casing' if reduced.casing else 'model'}"
         )
-    scene, basis = scene_of(config, interface)._replace(law=law_of(config)), _basis(reduced, stiffest)
+    scene = scene_of(config, interface)._replace(law=law_of(config))
+    basis = _basis(reduced, stiffest)
     return Problem(reduced, scene._replace(lanes=WIDTHS) if basis else scene, basis)
 
 

@@ -170,7 +170,7 @@ class Modal(Study):
             yield f"{about}: {', '.join(words)}"
         config, (full, reduced) = file.config, _first_families(file)
         half_range = config.mistuning.half_range.max()
-        ratio = float(np.mean(damping.ratios(config.damping, 2 * np.pi * reduced)))
+        ratio = float(np.mean(damping.ratios_of(config.damping, 2 * np.pi * reduced)))
         yield families.sentence(full, reduced, float(file.read("blade_share")), half_range, ratio)
         order, speed = config.casing.main_order, float(file.read("crossing_hz"))
         meets = "never meets the first family"
