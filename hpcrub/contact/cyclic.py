@@ -1,9 +1,9 @@
 """Cyclic basis: the modes of a tuned disk by nodal diameters, which lanes of any samples share.
 
 A mode of h nodal diameters moves corresponding rows p of all blades b by E_p cos(2πhb/N) +
-O_p sin(2πhb/N) (`model.tuned_basis`). So a step sums E and O over the modes of each h, on one blade,
-and a Fourier series gives all blades: K·2P and N²·P/2 products in place of K·N·P. The same series,
-the other way, turns forces of the blades into modal forces.
+O_p sin(2πhb/N) (`model.tuned_basis`). So a step sums E and O over the modes of each h, on one
+blade, and a Fourier series gives all blades: K·2P and N²·P/2 products in place of K·N·P. The same
+series, the other way, turns forces of the blades into modal forces.
 
 Blades that deviate by δ_b from the modes push along their own modes y_bj in every step, by the
 motion at its begin, which the forces of contact in the step before belong to,
@@ -36,44 +36,9 @@ from hpcrub.contact.passes import (
     resting,
 )
 from hpcrub.contact.protocols import Scene
-from hpcrub.contact.recurrence import LARGEST_PHASE
 from hpcrub.contact.tables import columns
-from hpcrub.model.damping import Damping, ratios_of
 from hpcrub.model.reduction import Blades, Modes, Rows
 from hpcrub.model.tuned_basis import series, unfolded
-
-
-class CyclicArrays(NamedTuple):
-    """Arrays for N blades, H = N // 2 + 1 nodal diameters, P points and J modes of each blade."""
-
-    normal: np.ndarray  # E, then O of the points' normal displacement (R, ≥ 2P) [1/√kg]
-    blade: np.ndarray  # E, then O of the blade modes (R, ≥ 2J) [1/s]
-    observed: np.ndarray  # E, then O of the observed displacements (R, ≥ 2Q) [1/√kg]
-    push: np.ndarray  # modal forces by E, then O of forces along the blade modes (2J, ≥ R) [1/s]
-    cosine: np.ndarray  # cos(2πhb/N) of h and b up to N/2 (H, ≥ H)
-    sine: np.ndarray  # sin(2πhb/N) (H, ≥ H)
-    begins: np.ndarray  # first real mode of each h, then the end (H + 1,) int
-    ends: np.ndarray  # end of the real modes of each h that blade modes move (H,) int
-    waves: np.ndarray  # first row of the complex modes of each h, then the end (H + 1,) int
-    diameters: np.ndarray  # h of every row (R,) int
-    points: np.ndarray  # contact point p of blade b, place p·N + b (P·N,) int
-    seen_rows: np.ndarray  # observed displacement q of blade b, place q·N + b (Q·N,) int
-    blade_of: np.ndarray  # blade of every contact point (C,) int
-    place: np.ndarray  # p of every contact point (C,) int
-    deviation: np.ndarray  # −δ of mode j of blade b, row j·N + b (J·N, L) [-]
-    lag: np.ndarray  # s_j (J, L) [-]
-    # y_bj that a unit multiplier on point p of blade a adds in its step, for k = (b − a) mod N,
-    # row ((i·P + p)·N + k)·J + j, with i its direction (3·P·N·J, L)
-    kick: np.ndarray
-    series: np.ndarray  # E and O of points or of observed displacements, work space (H·n, L)
-    blade_series: np.ndarray  # E and O of the blade modes, work space (H·n, L)
-    even: np.ndarray  # part of a row that is even in b, work space (≥ H, L)
-    odd: np.ndarray  # part of a row that is odd in b, work space (≥ H, L)
-    local: np.ndarray  # y of mode j of blade b, row j·N + b (J·N, L) [m·√kg/s] (modified)
-    before: np.ndarray  # y at the begin of the step before (J·N, L) [m·√kg/s] (modified)
-    late: np.ndarray  # E, then O of the forces of the deviations, row j·n + h (2J·n, L) (modified)
-    seen_at: np.ndarray  # observed displacements (≥ O, L) [m] (modified)
-    n_blades: int
 
 
 @compiled(inner=True)
@@ -274,7 +239,7 @@ class Cyclic(CyclicArrays):
     @classmethod
     def allocate(cls, rows: Rows, blades: Blades, width: int) -> "Cyclic":
         """Basis for idle lanes."""
-        (n_blades, n_points), n_seen = blades.points.shape, blades.observed.shape[1]
+        n_blades, n_points = blades.points.shape
         n_modes, n_waves = blades.modes.shape[1], n_blades // 2 + 1
         tables = [
             columns(np.concatenate(series(part, rows.diameters)))
@@ -303,7 +268,8 @@ class Cyclic(CyclicArrays):
             push=np.pad(np.concatenate(push), ((0, 0), (0, TILE))),
             cosine=columns(np.cos(angle).T), sine=columns(sine.T),
             begins=begins, ends=np.array(ends), waves=len(real) + np.searchsorted(waves, h),
-            diameters=rows.diameters, points=blades.points.T.ravel(), seen_rows=blades.observed.T.ravel(),
+            diameters=rows.diameters,
+            points=blades.points.T.ravel(), seen_rows=blades.observed.T.ravel(),
             blade_of=place[0], place=place[1],
             **v.lane_arrays(
                 width, deviation=n_modes * n_blades, lag=n_modes,
@@ -343,7 +309,7 @@ class Cyclic(CyclicArrays):
         self.kick[:, lane] = np.einsum("fr,bjr->fbj", kicks, y, optimize=True).ravel()
 
     def start(self, bank: Bank, lane: int) -> None:
-        """Find the motion of the blade modes of a lane that starts in motion (basis is modified)."""
+        """Find the motion of the blade modes of a lane that does not start at rest (modified)."""
         position, d = bank.state.position[:, lane], bank.state.increment[:, lane]
         self.local[:, lane] = self._on_blades(position)
         self.before[:, lane] = self._on_blades(position - d)
@@ -400,35 +366,3 @@ class Cyclic(CyclicArrays):
     def seen(lanes: tuple, bank: Bank, first: int) -> tuple:
         """Observed displacements of a tile of rows from ``first`` on [m], after `look`."""
         return v.load(lanes, bank.basis.seen_at, v.consecutive(TIPS, first))
-
-
-def deviations(modes: Modes, h: float) -> np.ndarray:
-    """Relative deviations (N, J) that give a mode of a blade its exact frequency at a step h [s].
-
-    A step takes sin²(θ/2) (1 + s δ) for sin²(θ √(1 + s δ)/2), with θ = ω_j h and s the blade's share
-    of the mode's strain energy. Modes faster than LARGEST_PHASE are no exact ones.
-    """
-    blades: Any = modes.blades
-    energies = blades.energies(modes.omega)
-    share = energies.sum(axis=1)
-    theta = h * np.sqrt(energies @ modes.omega**2 / share)
-    exact = np.repeat(blades.deviation[:, None], len(share), axis=1)
-    changed = share * exact
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sine = np.sin(theta / 2.0 * np.sqrt(1.0 + changed)) / np.sin(theta / 2.0)
-        ratio = (sine**2 - 1.0) / changed
-    apply = (changed != 0.0) & (theta > 1e-4) & (theta < LARGEST_PHASE)
-    return np.where(apply, exact * ratio, exact)
-
-
-def lags(modes: Modes, damping: float | Damping) -> np.ndarray:
-    """Damping ratio over frequency (J,) [s] of every mode of a blade, by the family of the disk.
-
-    Modes in air keep the damping of the tuned disk (`model.aero`).
-    """
-    blades: Any = modes.blades
-    energies = blades.energies(modes.omega)
-    of_disk = ratios_of(damping, modes.omega) / modes.omega
-    if modes.waves:
-        of_disk[modes.waves.rows] = 0.0
-    return energies @ of_disk / energies.sum(axis=1)

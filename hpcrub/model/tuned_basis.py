@@ -102,7 +102,7 @@ class _Waves(NamedTuple):
         return signs
 
     def cleaned(self, rows: np.ndarray) -> np.ndarray:
-        """Rows (N, P, K) that repeat themselves exactly from blade to blade, next to those given."""
+        """Rows (N, P, K) next to those given that repeat themselves exactly from blade to blade."""
         (even, odd), (first, second) = series(rows, self.diameters), self.pairs
         re = (even[:, first] + odd[:, second]) / 2.0
         im = (even[:, second] - odd[:, first]) / 2.0

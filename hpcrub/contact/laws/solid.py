@@ -108,7 +108,8 @@ class Solid(SurfaceLaw, SolidArrays):
         return cls(
             **v.lane_arrays(
                 width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=n_points, jams=1,
-                compliance=3 * rows.points.size * rows.points.shape[1], cosine=n_points, sine=n_points,
+                compliance=3 * rows.points.size * rows.points.shape[1],
+                cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, touched=interface.n_blades,
                 equations=most * (most + 1), depths=most, undone=most, wrong=most,
             ),

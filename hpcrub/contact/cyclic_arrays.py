@@ -1,0 +1,74 @@
+"""The arrays of `cyclic.Cyclic`, and what deviations of the blades are to a time step."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.contact.recurrence import LARGEST_PHASE
+from hpcrub.model.damping import Damping, ratios_of
+from hpcrub.model.reduction import Modes
+
+
+class CyclicArrays(NamedTuple):
+    """Arrays for N blades, H = N // 2 + 1 nodal diameters, P points and J modes of each blade."""
+
+    normal: np.ndarray  # E, then O of the points' normal displacement (R, ≥ 2P) [1/√kg]
+    blade: np.ndarray  # E, then O of the blade modes (R, ≥ 2J) [1/s]
+    observed: np.ndarray  # E, then O of the observed displacements (R, ≥ 2Q) [1/√kg]
+    push: np.ndarray  # modal forces by E, then O of forces along the blade modes (2J, ≥ R) [1/s]
+    cosine: np.ndarray  # cos(2πhb/N) of h and b up to N/2 (H, ≥ H)
+    sine: np.ndarray  # sin(2πhb/N) (H, ≥ H)
+    begins: np.ndarray  # first real mode of each h, then the end (H + 1,) int
+    ends: np.ndarray  # end of the real modes of each h that blade modes move (H,) int
+    waves: np.ndarray  # first row of the complex modes of each h, then the end (H + 1,) int
+    diameters: np.ndarray  # h of every row (R,) int
+    points: np.ndarray  # contact point p of blade b, place p·N + b (P·N,) int
+    seen_rows: np.ndarray  # observed displacement q of blade b, place q·N + b (Q·N,) int
+    blade_of: np.ndarray  # blade of every contact point (C,) int
+    place: np.ndarray  # p of every contact point (C,) int
+    deviation: np.ndarray  # −δ of mode j of blade b, row j·N + b (J·N, L) [-]
+    lag: np.ndarray  # s_j (J, L) [-]
+    # y_bj that a unit multiplier on point p of blade a adds in its step, for k = (b − a) mod N,
+    # row ((i·P + p)·N + k)·J + j, with i its direction (3·P·N·J, L)
+    kick: np.ndarray
+    series: np.ndarray  # E and O of points or of observed displacements, work space (H·n, L)
+    blade_series: np.ndarray  # E and O of the blade modes, work space (H·n, L)
+    even: np.ndarray  # part of a row that is even in b, work space (≥ H, L)
+    odd: np.ndarray  # part of a row that is odd in b, work space (≥ H, L)
+    local: np.ndarray  # y of mode j of blade b, row j·N + b (J·N, L) [m·√kg/s] (modified)
+    before: np.ndarray  # y at the begin of the step before (J·N, L) [m·√kg/s] (modified)
+    late: np.ndarray  # E, then O of the forces of the deviations, row j·n + h (2J·n, L) (modified)
+    seen_at: np.ndarray  # observed displacements (≥ O, L) [m] (modified)
+    n_blades: int
+
+
+def deviations(modes: Modes, h: float) -> np.ndarray:
+    """Relative deviations (N, J) that give a mode of a blade its exact frequency at a step h [s].
+
+    A step takes sin²(θ/2) (1 + s δ) for sin²(θ √(1 + s δ)/2), with θ = ω_j h and s the blade's
+    share of the mode's strain energy. Modes faster than LARGEST_PHASE are no exact ones.
+    """
+    blades: Any = modes.blades
+    energies = blades.energies(modes.omega)
+    share = energies.sum(axis=1)
+    theta = h * np.sqrt(energies @ modes.omega**2 / share)
+    exact = np.repeat(blades.deviation[:, None], len(share), axis=1)
+    changed = share * exact
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sine = np.sin(theta / 2.0 * np.sqrt(1.0 + changed)) / np.sin(theta / 2.0)
+        ratio = (sine**2 - 1.0) / changed
+    apply = (changed != 0.0) & (theta > 1e-4) & (theta < LARGEST_PHASE)
+    return np.where(apply, exact * ratio, exact)
+
+
+def lags(modes: Modes, damping: float | Damping) -> np.ndarray:
+    """Damping ratio over frequency (J,) [s] of every mode of a blade, by the family of the disk.
+
+    Modes in air keep the damping of the tuned disk (`model.aero`).
+    """
+    blades: Any = modes.blades
+    energies = blades.energies(modes.omega)
+    of_disk = ratios_of(damping, modes.omega) / modes.omega
+    if modes.waves:
+        of_disk[modes.waves.rows] = 0.0
+    return energies @ of_disk / energies.sum(axis=1)
