@@ -114,8 +114,8 @@ class _Simulation:
                     for rank in self.waiting:
                         self._at(told, self._end, rank)
             elif task.n_parts > 1:
-                self.known[task.sample] = self.known.get(task.sample, 0) + 1
-                if self.known[task.sample] == task.n_parts:
+                self.known[task.places] = self.known.get(task.places, 0) + 1
+                if self.known[task.places] == task.n_parts:
                     self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, response=(0,)))
 
     def _begin(self, now, rank):

@@ -239,17 +239,17 @@ class Cyclic(CyclicArrays):
     @classmethod
     def allocate(cls, rows: Rows, blades: Blades, width: int) -> "Cyclic":
         """Basis for idle lanes."""
-        n_blades, n_points = blades.points.shape
+        (n_blades, n_points), n_rows = blades.points.shape, len(rows.diameters)
         n_modes, n_waves = blades.modes.shape[1], n_blades // 2 + 1
         tables = [
             columns(np.concatenate(series(part, rows.diameters)))
             for part in (
                 rows.normal[blades.points],
                 rows.observed[blades.observed],
-                rows.blade.reshape(n_blades, n_modes, -1),
+                rows.blade.reshape(n_blades, n_modes, n_rows),
             )
         ]
-        push = series(rows.blade_forces.reshape(n_blades, n_modes, -1), rows.diameters)
+        push = series(rows.blade_forces.reshape(n_blades, n_modes, n_rows), rows.diameters)
         h = np.arange(n_waves + 1)
         real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
         begins = np.searchsorted(real, h)
@@ -305,7 +305,7 @@ class Cyclic(CyclicArrays):
         self.lag[:, lane] = lags(modes, scene.damping_ratio) / h
         first = [by[blades.points[0]] for by in rows.forces]
         kicks = -np.concatenate(first) * scheme.gain[:, lane]
-        y = rows.blade.reshape(blades.modes.shape[0], -1, rows.blade.shape[1])
+        y = rows.blade.reshape(*blades.modes.shape[:2], len(rows.diameters))
         self.kick[:, lane] = np.einsum("fr,bjr->fbj", kicks, y, optimize=True).ravel()
 
     def start(self, bank: Bank, lane: int) -> None:

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import Scheme, State
+from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import BLOCK, ONE, PAIR, TILE, TIPS
 
@@ -181,6 +181,15 @@ def project(
     for k in range(begin, end):
         tile = v.tile_add(tile, matrix, k, rows, v.load(lanes, position, k))
     return tile
+
+
+@compiled(inline=True, inner=True)
+def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
+    """Corrector of the step before, predictor and penetrations of this step (bank is modified).
+
+    Returns the deepest penetration of all contact points (L,) [m].
+    """
+    return bank.basis.predict(lanes, bank, step, n_active)
 
 
 @compiled(inline=True, inner=True)

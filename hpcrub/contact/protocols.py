@@ -107,7 +107,7 @@ class Law(Protocol):
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         """Corrector of the step before, predictor and penetrations of this step.
 
-        Returns the deepest penetration (L,) [m]. `Bank.basis.predict` serves most laws.
+        Returns the deepest penetration (L,) [m]. `passes.predict` serves most laws.
         """
 
     @staticmethod

@@ -188,8 +188,8 @@ def _stiffer(
     moved = np.abs(every[0]).max(axis=0, initial=0.0) > 0.0
     for h in range(diameters.max() + 1):
         mine = np.flatnonzero((diameters == h) & moved)
-        y = every[:, :, mine].reshape(-1, len(mine))
         if len(mine):
+            y = every[:, :, mine].reshape(-1, len(mine))
             found = eigh(np.diag(squared[mine]) + reference * y.T @ y)
             result[mine], vectors[np.ix_(mine, mine)] = found
     return result, vectors

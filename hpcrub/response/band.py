@@ -7,7 +7,7 @@ whose speed has reached its steady state takes the next waiting speed at the nex
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -77,8 +77,9 @@ Observers = Mapping[str, Callable[[SpeedEnd], float]]  # {name of a quantity: it
 class Point(NamedTuple):
     """A speed of a disk that waits for a lane."""
 
+    disk: int  # its number
+    speed: int  # its number
     modes: Modes  # of the disk
-    number: int  # of the speed
     out: Any  # SweepResult of the disk, to be filled
     motion: Any = None  # Motion at all speeds to start from and to be filled; None: rest
 
@@ -90,7 +91,7 @@ class Course:
         self, point: Point, speed_hz: float, modes: Modes, scene: Scene, grid: Grid, start: int
     ) -> None:
         """Start at a block; modes: at this speed."""
-        self.point, self.index, self.speed_hz, self.start = point, point.number, speed_hz, start
+        self.point, self.index, self.speed_hz, self.start = point, point.speed, speed_hz, start
         self.modes = modes
         self.per_turn, steady = grid.blocks_per_revolution, scene.steady
         first, self.extension = check_blocks(steady, speed_hz, self.per_turn)
@@ -155,8 +156,8 @@ class Band:
         self.record = Record.allocate(self.bank, *kept)
         self.lanes: list[Course | None] = [None] * width
 
-    def run(self, waiting: list[Point], poll: Any) -> None:
-        """Integrate the points that wait, in this order, into their results (modified)."""
+    def run(self, waiting: list[Point], poll: Any) -> Iterator[Point]:
+        """Integrate the points that wait, in this order (modified), and yield each that ends."""
         now = 0
         for lane in range(len(self.lanes)):
             self._refill(lane, waiting, now)
@@ -179,6 +180,7 @@ class Band:
                 if ended or (course.check == now and self._finished(lane, course, now)):
                     course.point.out.n_steps += (now - course.start) * self.grid.steps_per_block
                     self._refill(lane, waiting, now)
+                    yield course.point
             self._narrow()
 
     def _narrow(self) -> None:
@@ -233,11 +235,11 @@ class Band:
             bank.empty_lane(self.bank, lane)
             return
         point = waiting.pop(0)
-        speed = self.speeds_hz[point.number]
+        speed = self.speeds_hz[point.speed]
         modes, h = point.modes.at(speed), 1.0 / (speed * self.grid.steps_per_revolution)
         bank.fill_lane(self.bank, lane, modes, self.scene.at(speed), h)
         if point.motion is not None:
-            bank.set_motion(self.bank, lane, *(m[point.number] for m in point.motion))
+            bank.set_motion(self.bank, lane, *(m[point.speed] for m in point.motion))
         self.record.stress_peak[:, lane] = 0.0
         self.lanes[lane] = Course(point, speed, modes, self.scene, self.grid, now)
 

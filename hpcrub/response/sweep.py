@@ -1,6 +1,7 @@
 """Frequency response of one sample: many angular speeds, integrated a band at a time (`band`)."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -142,7 +143,8 @@ def run_sweep(
       the result; NaN at speeds without an amplitude, and where no blade can touch.
     """
     disk = Disk(modes, selection, motion)
-    return run_sweeps([disk], scene, speeds_hz, poll, width, observers)[0]
+    ((_, result),) = run_sweeps([disk], scene, speeds_hz, poll, width, observers)
+    return result
 
 
 class Disk(NamedTuple):
@@ -160,33 +162,39 @@ def run_sweeps(
     poll: Callable[[], object] | None = None,
     width: int | None = None,
     observers: Observers = MappingProxyType({}),
-) -> list[SweepResult]:
+) -> Iterator[tuple[int, SweepResult]]:
     """Integrate every speed of several disks, which fill the lanes together.
 
     disks: of one basis (`model.tuned_basis`), or only one. Other arguments as for `run_sweep`. The
     result of a disk does not depend on the others by one bit.
+
+    Yields (number of the disk, its result) for each disk that is complete.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
     results = [SweepResult.empty(n, scene.n_strips, observers) for _ in disks]
-    wanted = [set(range(n) if disk.selection is None else disk.selection) for disk in disks]
-    for disk, out, asked in zip(disks, results, wanted, strict=True):
+    waiting: list[Point] = []
+    for number, (disk, out) in enumerate(zip(disks, results, strict=True)):
+        asked = set(range(n) if disk.selection is None else disk.selection)
         if disk.motion is None:
             asked -= _leave_at_rest(out, asked, speeds_hz, scene)
-    for band in speed_bands(speeds_hz):
         # fastest first: they take longest to settle, and should not be left to the last lanes
-        waiting = [
-            Point(disk.modes, i, out, disk.motion)
-            for disk, out, asked in zip(disks, results, wanted, strict=True)
-            for i in band[::-1]
-            if i in asked
-        ]
-        if waiting:
-            n_lanes = width or enough(scene.lanes, len(waiting))
-            grid = cut_revolution(speeds_hz[band[0]], scene)
-            modes = waiting[0].modes
-            Band(modes, scene, grid, speeds_hz, n_lanes, observers).run(waiting, poll)
-    return results
+        order = [i for i in np.argsort(-speeds_hz, kind="stable").tolist() if i in asked]
+        waiting += [Point(number, i, disk.modes, out, disk.motion) for i in order]
+        if not asked:
+            yield number, out
+    left = Counter(point.disk for point in waiting)
+    for band in speed_bands(speeds_hz):
+        points = [point for point in waiting if point.speed in band]
+        if not points:
+            continue
+        n_lanes = width or enough(scene.lanes, len(points))
+        grid = cut_revolution(speeds_hz[band[0]], scene)
+        lanes = Band(points[0].modes, scene, grid, speeds_hz, n_lanes, observers)
+        for point in lanes.run(points, poll):
+            left[point.disk] -= 1
+            if not left[point.disk]:
+                yield point.disk, point.out
 
 
 def _leave_at_rest(out: Any, wanted: Any, speeds_hz: Any, scene: Scene) -> Any:

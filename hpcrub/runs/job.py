@@ -108,20 +108,28 @@ class Job:
         """Write what is known, and plan the next round; without its tasks, None at the end."""
         planned = self.study.next_round(self.file)
         self.file.write(planned.known, ())
-        self.tasks, self.expected = planned.tasks, planned.expected
+        tasks, n = list(planned.tasks), 1
+        if planned.integrates:
+            # each rank gets two shares, so that none waits long for the others
+            n = min(self.study.n_together(self.prepared), -(-len(tasks) // (2 * self.team.size)))
+        self.tasks = [tasks[first : first + n] for first in range(0, len(tasks), max(n, 1))]
+        self.expected = planned.expected
         return planned._replace(tasks=(), known={}) if planned.tasks else None
 
-    def _compute(self, task: Any, poll: Any) -> Any:
-        """Compute and write one task, its status last. Returns its duration [s]."""
+    def _compute(self, tasks: Any, poll: Any) -> Any:
+        """Compute tasks together, and write each, its status last. Returns the duration [s]."""
         start = time.perf_counter()
-        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
-            self.file.write({name: values}, where)
-        self.file.write({self.round.status: DONE}, task)
+        computed = self.study.compute_all(self.config, self.prepared, tasks, poll)
+        for task, found in computed:
+            for name, where, values in found:
+                self.file.write({name: values}, where)
+            self.file.write({self.round.status: DONE}, task)
         return time.perf_counter() - start
 
-    def _collect(self, task: Any, seconds: Any) -> None:
-        """Count a task that took some seconds, and tell how far the job is (rank 0)."""
-        self.n_finished += np.size(self.status[task])  # a task may have several parts
-        self.work += Work(1, 0, seconds)
+    def _collect(self, tasks: Any, seconds: Any) -> None:
+        """Count tasks that took some seconds, and tell how far the job is (rank 0)."""
+        # a task may have several parts
+        self.n_finished += sum(np.size(self.status[task]) for task in tasks)
+        self.work += Work(len(tasks), 0, seconds)
         n_now = self.work.n_done - self.n_before
         self.progress.part(self.study.unit, *self.n_done(), n_now, self.expected)

@@ -3,7 +3,7 @@
 A study is a module of `hpcrub/studies` with a subclass of `Study` and an instance of it, `STUDY`.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -108,6 +108,17 @@ class Study:
         """
         raise NotImplementedError
 
+    def n_together(self, prepared: Any) -> int:
+        """Most tasks that are worth computing together; prepared: as `prepare` returns it."""
+        return 1
+
+    def compute_all(
+        self, config: Config, prepared: Any, tasks: Sequence[Any], poll: Poll
+    ) -> Iterator[tuple[Any, list[Values]]]:
+        """Compute tasks together, and yield (task, its values) for each that is complete."""
+        for task in tasks:
+            yield task, list(self.compute(config, prepared, task, poll))
+
     def cost(self, config: Config) -> Cost:
         """Amount of work in all tasks together."""
         return Cost()
@@ -193,6 +204,17 @@ class StudyInTime(Study):
     def n_tasks(self, config: Config) -> int:
         """Number of disks times number of groups of speeds."""
         return len(fixed_disks(config)) * len(history.groups(config.speeds.values_hz))
+
+    def n_together(self, prepared: Any) -> int:
+        """Most tasks that are worth computing together; prepared: as `prepare` returns it."""
+        return 1
+
+    def compute_all(
+        self, config: Config, prepared: Any, tasks: Sequence[Any], poll: Poll
+    ) -> Iterator[tuple[Any, list[Values]]]:
+        """Compute tasks together, and yield (task, its values) for each that is complete."""
+        for task in tasks:
+            yield task, list(self.compute(config, prepared, task, poll))
 
     def cost(self, config: Config) -> Cost:
         """Histories of every disk over the whole duration."""

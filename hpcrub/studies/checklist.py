@@ -6,7 +6,8 @@ their amplitudes change by chance.
 """
 
 import contextlib
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -97,12 +98,22 @@ class Checklist(Trials):
             own = own + run_deviation(config, change.run)
         return Case(config.replace(values) if values else config, own)
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Compute one disk with one change, whose amplitude is infinite without a result."""
-        with contextlib.suppress(InputError):  # for example more modes than a model has
-            for name, _, value in super().compute(config, problem, task, poll):
-                lost = name == "peak_amplitude_m" and not np.isfinite(value)
-                yield name, divmod(task, _n_disks(config)), np.inf if lost else value
+    def compute_all(
+        self, config: Config, prepared: Any, tasks: Sequence[int], poll: Poll
+    ) -> Iterator[tuple[int, list[Values]]]:
+        """Compute disks with a change each, whose amplitude is infinite without a result."""
+        n_disks = _n_disks(config)
+        for _, alike in itertools.groupby(tasks, lambda task: task // n_disks):
+            left = list(alike)
+            with contextlib.suppress(InputError):  # for example more modes than a model has
+                for task, found in super().compute_all(config, prepared, tuple(left), poll):
+                    left.remove(task)
+                    values = {name: value for name, _, value in found}
+                    if not np.isfinite(values.get("peak_amplitude_m", 0.0)):
+                        values["peak_amplitude_m"] = np.inf
+                    place = divmod(task, n_disks)
+                    yield task, [(name, place, value) for name, value in values.items()]
+            yield from ((task, []) for task in left)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Lines about the effect of every change."""

@@ -5,7 +5,7 @@ and drops the worse half of the patterns. All patterns get the same random disks
 too many patterns to try all, the search adds neighbours of the best ones after the first round.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -204,23 +204,31 @@ class PatternStudy(Trials):
         n_all, of = n_linear(file.config, len(rounds.words) - 1), "linear disks"
         return Round(pending, known, n_all, of, integrates=False, told=rounds.words)
 
-    def compute(
-        self, config: Config, prepared: Prepared, task: tuple[int, Any], poll: Poll
-    ) -> Iterator[Values]:
-        """Compute the linear analysis of some disks with a pattern, or one of them in contact.
+    def compute_all(
+        self, config: Config, prepared: Prepared, tasks: Sequence[Any], poll: Poll
+    ) -> Iterator[tuple[Any, list[Values]]]:
+        """Compute linear analyses of some disks with a pattern each, or disks in contact together.
 
-        task: pattern; slice of disks, or the number of the disk in contact. `poll` tells the types
-        of the blades, which the files of other ranks may lack yet.
+        tasks: each a pattern and a slice of disks, or the number of a disk in contact. `poll` tells
+        the types of the blades, which the files of other ranks may lack yet.
         """
-        pattern, disks = task
         types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
-        added = types[poll()[pattern]]
-        if not isinstance(disks, slice):
-            blades = deviation(config, 0, disks) + added
-            found = peaks_of(config, prepared.problem, blades, poll)
-            yield "contact_amplitude_m", task, found["peak_amplitude_m"]
-            yield "peak_status", task, found["peak_status"]
+        added = [types[poll()[pattern]] for pattern, _ in tasks]
+        if isinstance(tasks[0][1], slice):
+            for task, pattern in zip(tasks, added, strict=True):
+                yield task, list(self._linear(config, prepared, task, pattern, poll))
             return
+        disks = zip(tasks, added, strict=True)
+        blades = [deviation(config, 0, disk) + pattern for (_, disk), pattern in disks]
+        for k, found in peaks_of(config, prepared.problem, blades, poll):
+            amplitude = "contact_amplitude_m", tasks[k], found["peak_amplitude_m"]
+            yield tasks[k], [amplitude, ("peak_status", tasks[k], found["peak_status"])]
+
+    def _linear(
+        self, config: Config, prepared: Prepared, task: tuple, added: np.ndarray, poll: Poll
+    ) -> Iterator[Values]:
+        """Linear analysis of a slice of disks; added: the pattern of their blades (N,) [-]."""
+        _, disks = task
         samples = range(disks.start, disks.stop)
         results = np.empty((2, len(samples)))
         for i, sample in enumerate(samples):

@@ -101,7 +101,9 @@ def test_the_largest_stress_is_that_of_every_step_of_the_last_window(criteria, s
 def test_the_largest_stress_of_any_number_of_places_and_modes(n_places, n_modes):
     rng = np.random.default_rng(n_places)
     rows, q = rng.normal(size=(n_places, n_modes)), rng.normal(size=(n_modes, 2))
-    scheme, state = SimpleNamespace(stress=vectors(rows)), SimpleNamespace(position=q)
-    bank = SimpleNamespace(scheme=scheme, state=state)
+    stiffer = rng.uniform(0.9, 1.1, size=(len(vectors(rows)) * 8, 2))
+    scheme = SimpleNamespace(stress=vectors(rows), stiffer=stiffer)
+    bank = SimpleNamespace(scheme=scheme, state=SimpleNamespace(position=q))
     found = largest_stress.py_func(bank, 1, np.zeros((1, 8)))
-    assert found == pytest.approx(np.abs(rows @ q[:, 1]).max(), rel=1e-13)
+    expected = np.abs(stiffer[:n_places, 1] * (rows @ q[:, 1])).max()
+    assert found == pytest.approx(expected, rel=1e-13)

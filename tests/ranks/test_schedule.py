@@ -22,10 +22,11 @@ def fake_costs(n=5, most=6):
 MACHINE = simulate.Machine(receive=3e-5, send=1e-5, finish=2e-3)
 
 
+@pytest.mark.parametrize("together", [1, 8])
 @pytest.mark.parametrize("n_ranks", [1, 2, 3, 16, 1500, 5000])
-def test_every_part_of_every_sample_is_handed_out_once(n_ranks):
+def test_every_part_of_every_sample_is_handed_out_once(n_ranks, together):
     samples = [(level, sample) for sample in range(300) for level in range(2)]
-    tasks = ContactTasks([TunedPart()], iter(samples), len(samples), 6)
+    tasks = ContactTasks([TunedPart()], iter(samples), len(samples), 6, together)
     assignments, seen = Assignments(tasks, n_ranks), []
     for rank in range(1, n_ranks):
         assignments.ask(rank)
@@ -43,7 +44,9 @@ def test_every_part_of_every_sample_is_handed_out_once(n_ranks):
     assert first == TunedPart()
     found = {}
     for task in rest:
-        found.setdefault((task.level, task.sample), []).append((task.part, task.n_parts))
+        assert len(task.places) <= (together if task.n_parts == 1 else 1)
+        for place in task.places:
+            found.setdefault(place, []).append((task.part, task.n_parts))
     assert set(found) == set(samples)
     for parts in found.values():
         assert sorted(parts) == [(i, len(parts)) for i in range(len(parts))]

@@ -7,6 +7,7 @@ import numpy as np
 from hpcrub.contact.arrays import Bank
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.surfaces import Surface
+from hpcrub.contact.passes import predict
 
 
 class SurfaceLaw:
@@ -18,7 +19,7 @@ class SurfaceLaw:
     @compiled(inline=True, inner=True)
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         """Corrector, predictor and penetrations, then the surface's `advance_clock`."""
-        deepest = bank.basis.predict(lanes, bank, step, n_active)
+        deepest = predict(lanes, bank, step, n_active)
         return bank.law.surface.advance_clock(lanes, bank.law.surface, deepest)
 
     def memory(self, lane: int) -> Any:

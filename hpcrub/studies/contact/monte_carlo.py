@@ -8,6 +8,7 @@ a sample before the tuned disk is complete waits, with the sample in its memory,
 """
 
 import time
+from collections import deque
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -22,14 +23,15 @@ from hpcrub.ranks.progress import console, duration
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
 from hpcrub.response.scene import Scene
+from hpcrub.response.sweep import Disk
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.runs.job import Job
-from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.disks import deviation, modes_of, rubbing_modes
 from hpcrub.statistics import percentiles
 from hpcrub.studies.contact import amplification, findings
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.layout import kinds
-from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
+from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts, together
 
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
 BAD_NUMBERS = (np.linalg.LinAlgError, ArithmeticError, ValueError)  # fail a sample, not the study
@@ -62,7 +64,7 @@ class MonteCarlo(Job):
             self.observers |= effect.observers(config)
         self.numbers: Any = None  # of the samples (kinds, V, n), on rank 0
         self.tasks: Any = ()  # on rank 0
-        self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # of samples that are cut (rank 0)
+        self.parts: dict[tuple, dict[int, Any]] = {}  # of samples that are cut (rank 0)
         self.failure = ""  # message of the last sample that failed (rank 0)
 
     def run(self) -> None:
@@ -122,7 +124,10 @@ class MonteCarlo(Job):
         n_runs, most = 0 if self.reference else len(self.runs), most_parts(len(self.speeds_hz))
         cut = n_parts(n_runs, self.team.size, most)
         runs = [TunedPart(run, part, cut) for run in range(n_runs) for part in range(cut)]
-        self.tasks = ContactTasks(runs, self._pending(), n_pending, most)
+        n_together = 1
+        if self.prepared and self.prepared.basis:
+            n_together = together(len(self.speeds_hz), max(self.prepared.scene.lanes))
+        self.tasks = ContactTasks(runs, self._pending(), n_pending, most, n_together)
         if self.progress and self.reference:
             self.progress.start(self.status)
         return self.reference, len(self.tasks)
@@ -140,57 +145,91 @@ class MonteCarlo(Job):
     # any rank
 
     def _compute(self, task: Any, poll: Any) -> Any:
-        """Write a whole sample and return its Outcome; of any other task, return the Integrated.
+        """Write whole samples and return their Outcomes; of any other task, return the Integrated.
 
-        A sample without a usable reference is not written, and None is returned.
+        Samples without a usable reference are not written, and None is returned.
         """
         if isinstance(task, TunedPart):
             tuned, scene = amplification.tuned_run(self.config, self.prepared, task.run)
-            return self._integrate(tuned, scene, task, poll, is_checked=task.run == 0)
-        blades = deviation(self.config, task.level, task.sample)
-        modes: Any = None
-        response = task.response
-        try:
-            modes = modes_of(self.config, self.prepared, blades)
-            # the first samples of the last level are checked, wherever a part of the study begins
-            first = self.config.samples[task.sample] < self.config.mistuning.checked_samples
-            is_checked = first and task.level == self.config.levels[-1]
-            response = response or self._integrate(
-                modes, self.prepared.scene, task, poll, is_checked
-            )
-        except BAD_NUMBERS as error:
-            response = amplification.Integrated(None, 0.0, _words(error))
-        if task.n_parts > 1:
+            disks = [Disk(tuned, self._part(task))]
+            ((_, response),) = self._integrate(disks, scene, poll, [task.run == 0])
             return response
+        if task.response:
+            responses = iter([(0, task.response)])
+        else:
+            responses = self._responses(task, poll)
+        if task.n_parts > 1:
+            return next(responses)[1]
+        outcomes, waiting = [], deque[Any]()
+        for k, response in responses:
+            waiting.append((task.places[k], response))
+            self.reference = self.reference or poll()
+            outcomes += self._finish_all(waiting)
         while self.reference is None:
             self.reference = poll()
             time.sleep(0.0 if self.reference else PAUSE)
-        return self._finish(task, blades, modes, response) if self.reference.usable else None
+        outcomes += self._finish_all(waiting)
+        return outcomes if self.reference.usable else None
 
-    def _integrate(self, modes: Modes, scene: Scene, task: Any, poll: Any, is_checked: bool) -> Any:
-        start, half = time.perf_counter(), None
-        part = range(task.part, len(self.speeds_hz), task.n_parts)
-        result = sweep.run_sweep(
-            modes, scene, self.speeds_hz, poll, selection=part, observers=self.observers
-        )
-        if is_checked and self.config.mistuning.checked_samples:
-            finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
-            half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, selection=part)
-        return amplification.Integrated(result, time.perf_counter() - start, half_step=half)
+    def _finish_all(self, waiting: deque[Any]) -> list[tuple[tuple[int, int], Outcome]]:
+        """Write the samples that wait for a usable reference; returns (place, Outcome) of each."""
+        if not (self.reference and self.reference.usable):
+            return []
+        done = [(place, self._finish(place, response)) for place, response in waiting]
+        waiting.clear()
+        return done
 
-    def _finish(self, task: Any, blades: Any, modes: Modes, response: Any) -> Any:
+    def _part(self, task: Any) -> range:
+        """Speeds of a task."""
+        return range(task.part, len(self.speeds_hz), task.n_parts)
+
+    def _responses(self, task: Any, poll: Any) -> Iterator[tuple[int, Any]]:
+        """Integrate the samples of a task: (number in the task, Integrated) as they end."""
+        disks, checked, left = [], [], set(range(len(task.places)))
+        try:
+            for level, sample in task.places:
+                blades = deviation(self.config, level, sample)
+                modes = rubbing_modes(self.config, self.prepared, blades)
+                disks.append(Disk(modes, self._part(task)))
+                # the first samples of the last level are checked, wherever a part begins
+                first = self.config.samples[sample] < self.config.mistuning.checked_samples
+                checked.append(first and level == self.config.levels[-1])
+            for k, response in self._integrate(disks, self.prepared.scene, poll, checked):
+                left.remove(k)
+                yield k, response
+        except BAD_NUMBERS as error:
+            failed = amplification.Integrated(None, 0.0, _words(error))
+            yield from ((k, failed) for k in sorted(left))
+
+    def _integrate(
+        self, disks: Any, scene: Scene, poll: Any, checked: list[bool]
+    ) -> Iterator[tuple[int, Any]]:
+        """Integrate disks together: (number, Integrated) as they end; checked: by half the step."""
+        start, speeds_hz, seen = time.perf_counter(), self.speeds_hz, self.observers
+        finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
+        for k, result in sweep.run_sweeps(disks, scene, speeds_hz, poll, observers=seen):
+            half = None
+            if checked[k] and self.config.mistuning.checked_samples:
+                ((_, half),) = sweep.run_sweeps([disks[k]], finer, speeds_hz, poll)
+            now = time.perf_counter()
+            yield k, amplification.Integrated(result, now - start, half_step=half)
+            start = now
+
+    def _finish(self, place: tuple[int, int], response: Any) -> Any:
         """Write a sample that has been integrated; returns its Outcome."""
-        start = time.perf_counter()
-        values, message = {"deviation": blades, "status": FAILED}, response.message
+        start, blades = time.perf_counter(), deviation(self.config, *place)
+        values: dict[str, Any] = {"deviation": blades, "status": FAILED}
+        message = response.message
         try:
             if response.result:
                 values |= amplification.values_of(self.config, response)
+                modes = modes_of(self.config, self.prepared, blades)
                 values |= self._amplifications(modes, blades, values["peak_amplitude_m"])
                 message = "" if values["status"] == DONE else "all its points diverged"
         except BAD_NUMBERS as error:
             message = _words(error)
         began = time.perf_counter()
-        contact_file.write_sample(self.file, task.level, task.sample, values)
+        contact_file.write_sample(self.file, *place, values)
         ended = time.perf_counter()
         work = Work(1, response.n_steps, response.seconds + ended - start, ended - began)
         numbers = tuple(values.get(kind.of, np.nan) for kind in self.kinds)
@@ -217,13 +256,13 @@ class MonteCarlo(Job):
             return self._collect_tuned(task, result)
         if task.n_parts > 1:
             return self._collect_part(task, result)
-        self.work += result.work
-        where = task.level, task.sample
-        self.status[where] = result.status
-        self.failure = result.message or self.failure
-        if result.status == DONE:
-            self.numbers[:, *where] = result.numbers
-        self.progress.sample(*where, result, self.numbers[0])
+        for where, outcome in result:
+            self.work += outcome.work
+            self.status[where] = outcome.status
+            self.failure = outcome.message or self.failure
+            if outcome.status == DONE:
+                self.numbers[:, *where] = outcome.numbers
+            self.progress.sample(*where, outcome, self.numbers[0])
         return self._is_enough()
 
     def _collect_tuned(self, task: Any, response: Any) -> Any:
@@ -244,10 +283,10 @@ class MonteCarlo(Job):
 
     def _collect_part(self, task: Any, response: Any) -> None:
         """Record a part of a sample; after the last part, queue the sample for a rank to write."""
-        parts = self.parts.setdefault((task.level, task.sample), {})
+        parts = self.parts.setdefault(task.places, {})
         parts[task.part] = response
         if len(parts) == task.n_parts:
-            del self.parts[task.level, task.sample]
+            del self.parts[task.places]
             whole = task._replace(part=0, n_parts=1, response=amplification.join(parts))
             self.tasks.urgent.appendleft(whole)
 

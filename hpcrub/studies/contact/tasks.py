@@ -1,11 +1,13 @@
 """Tasks of a contact study: tuned disk and samples, cut into parts if there are many ranks."""
 
+import itertools
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from hpcrub.ranks.schedule import Tasks
 
 PART = 8  # speeds of a part: as many as the kernel integrates at once, at least
+FULL = 8  # speeds of samples for each lane, with which few lanes idle at the end
 
 
 class TunedPart(NamedTuple):
@@ -17,13 +19,12 @@ class TunedPart(NamedTuple):
 
 
 class SamplePart(NamedTuple):
-    """Every n_parts-th speed of one sample.
+    """Every n_parts-th speed of one sample, or all speeds of several samples together.
 
-    When all parts are computed, one rank gets the whole `response` and writes it.
+    When all parts of a sample are computed, one rank gets the whole `response` and writes it.
     """
 
-    level: int
-    sample: int
+    places: tuple[tuple[int, int], ...]  # level and number of each sample
     part: int = 0
     n_parts: int = 1
     response: tuple | None = None
@@ -32,6 +33,11 @@ class SamplePart(NamedTuple):
 def most_parts(n_speeds: int) -> int:
     """Largest number of parts into which a sweep of n_speeds is worth cutting."""
     return max(1, -(-n_speeds // PART))
+
+
+def together(n_speeds: int, n_lanes: int) -> int:
+    """Number of samples of n_speeds that are worth integrating together in n_lanes."""
+    return max(1, FULL * n_lanes // n_speeds)
 
 
 def n_parts(n_left: int, n_ranks: int, most: int) -> int:
@@ -46,16 +52,22 @@ class ContactTasks(Tasks):
     """Tasks of a contact study: the tuned disk and the samples."""
 
     def __init__(
-        self, tuned: list[TunedPart], samples: Iterable[tuple[int, int]], n_samples: int, most: int
+        self,
+        tuned: list[TunedPart],
+        samples: Iterable[tuple[int, int]],
+        n_samples: int,
+        most: int,
+        together: int = 1,
     ) -> None:
         """Take the tasks of a study.
 
         samples: iterable of n_samples pairs (level, sample), drawn one at a time; most: largest
-        number of parts of a sample.
+        number of parts of a sample; together: most samples that a rank integrates together.
         """
         super().__init__()
         self.urgent.extend(tuned)
         self.samples, self.n_samples, self.most = iter(samples), n_samples, most
+        self.together = together
 
     def __len__(self) -> int:
         return super().__len__() + self.n_samples
@@ -65,8 +77,10 @@ class ContactTasks(Tasks):
         if self.urgent:
             return super().take(n_ranks)
         cut = n_parts(self.n_samples, n_ranks, self.most)
-        self.n_samples -= 1
-        first, *rest = (SamplePart(*task, part, cut) for task in [next(self.samples)]
-                        for part in range(cut))  # fmt: skip
+        # the last samples go out by few, so that no rank waits long for another
+        n = max(1, min(self.together, self.n_samples // (2 * n_ranks)))
+        self.n_samples -= n
+        places = tuple(itertools.islice(self.samples, n))
+        first, *rest = (SamplePart(places, part, cut) for part in range(cut))
         self.urgent.extend(rest)
         return first

@@ -4,7 +4,7 @@ A case is a changed input, or a deviation of the blades. The table tells which t
 `Study.next_round`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.effects.effect import largest
-from hpcrub.response.sweep import run_sweep
+from hpcrub.response.sweep import Disk, run_sweeps
 from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, Study
@@ -20,6 +20,8 @@ from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact.amplification import peak, peak_status
 from hpcrub.studies.contact.limits import severities
+
+MOST_TOGETHER = 64  # disks that are integrated together, at most
 
 
 class Case(NamedTuple):
@@ -49,15 +51,32 @@ class Trials(Study):
         """Disk and input of a task; None: there is nothing to compute."""
         raise NotImplementedError
 
+    def n_together(self, prepared: Any) -> int:
+        """Most disks that are worth integrating together."""
+        return MOST_TOGETHER if self.problem_of(prepared).basis else 1
+
     def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
         """Compute the largest amplitude and stress of a disk, as far as `datasets` has them."""
-        case = self.case(config, task)
-        if case is None:
-            return
-        own = problem if case.config is config else _problem_of(case.config.to_yaml())
-        found = peaks_of(case.config, own, case.blades, poll)
+        ((_, found),) = self.compute_all(config, problem, [task], poll)
+        yield from found
+
+    def compute_all(
+        self, config: Config, prepared: Any, tasks: Sequence[Any], poll: Poll
+    ) -> Iterator[tuple[Any, list[Values]]]:
+        """Compute disks together that are of one case of the input."""
+        cases: dict[str, list[tuple[Any, Case]]] = {}
+        for task in tasks:
+            if case := self.case(config, task):
+                cases.setdefault(case.config.to_yaml(), []).append((task, case))
+            else:
+                yield task, []
         there = {line.name for line in self.datasets}
-        yield from ((name, task, found[name]) for name in found if name in there)
+        for text, alike in cases.items():
+            of = alike[0][1].config
+            own = self.problem_of(prepared) if of is config else _problem_of(text)
+            for k, found in peaks_of(of, own, [case.blades for _, case in alike], poll):
+                task = alike[k][0]
+                yield task, [(name, task, found[name]) for name in found if name in there]
 
 
 @lru_cache(maxsize=4)
@@ -66,20 +85,30 @@ def _problem_of(text: str) -> Problem:
     return build_problem(Config.from_yaml(text))
 
 
-def peaks_of(config: Config, problem: Problem, blades: np.ndarray, poll: Poll) -> dict[str, Any]:
-    """Largest amplitude [m] of a disk in contact, its speed [Hz] and status, largest stress [Pa].
+def peaks_of(
+    config: Config, problem: Problem, disks: Sequence[np.ndarray], poll: Poll
+) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Largest amplitude [m] of disks in contact, its speed [Hz] and status, largest stress [Pa].
 
-    blades: stiffness deviations (N,) [-]. NaN where there is none. By their names in a `table`.
+    disks: stiffness deviations (N,) of each [-]. Yields (number of the disk, results by their names
+    in a `table`) as disks are complete; NaN where there is none.
     """
     speeds = config.speeds.values_hz
-    result = run_sweep(rubbing_modes(config, problem, blades), problem.scene, speeds, poll)
-    size, at = peak(result, speeds)
-    return {
-        "peak_amplitude_m": size,
-        "peak_speed_hz": at,
-        "peak_stress_pa": largest(result.stress, speeds)[0],
-        "peak_status": peak_status(result, speeds),
-    }
+    asked = [Disk(rubbing_modes(config, problem, blades)) for blades in disks]
+    # only disks with a common basis can share the lanes
+    groups = [asked] if problem.basis else [[disk] for disk in asked]
+    for first, group in enumerate(groups):
+        for k, result in run_sweeps(group, problem.scene, speeds, poll):
+            size, at = peak(result, speeds)
+            yield (
+                first + k,
+                {
+                    "peak_amplitude_m": size,
+                    "peak_speed_hz": at,
+                    "peak_stress_pa": largest(result.stress, speeds)[0],
+                    "peak_status": peak_status(result, speeds),
+                },
+            )
 
 
 def beyond(file: ResultFile) -> np.ndarray:
