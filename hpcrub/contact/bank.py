@@ -53,9 +53,9 @@ def _allocate_scheme(
     n_modes = len(rows.omega)
     # tiles of modes may begin anywhere; rows whole KiB apart would share few places of a cache
     room = TILE if (n_modes + TILE) % KIB else TILE + 8
-    load = np.pad(np.ascontiguousarray(law.loads(rows, scene).T), ((0, 1), (0, room)))
+    kept = 0 if modes.blades else n_modes  # the cyclic basis has its own tables, of one blade
+    load = np.pad(np.ascontiguousarray(law.loads(rows, scene)[:kept].T), ((0, 1), (0, room)))
     observed = columns(rows.observed)
-    kept = 0 if modes.blades else n_modes  # rows of tables that the cyclic basis has of one blade
     stress = vectors(rows.stress[: len(rows.stress) * scene.observes_stress])
     return Scheme(
         normal=normal[:kept],

@@ -25,15 +25,13 @@ from hpcrub.contact.arrays import Bank, State
 from hpcrub.contact.cyclic_arrays import CyclicArrays, deviations, lags
 from hpcrub.contact.dense import PER_MODE
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import ONE, TILE, TIPS
+from hpcrub.contact.lanes import ONE, PAIR, TILE, TIPS
 from hpcrub.contact.passes import (
     advance_ring,
-    advance_tiles,
     advance_wave,
-    correct_modes,
-    modal_forces,
     project,
     resting,
+    turned,
 )
 from hpcrub.contact.protocols import Scene
 from hpcrub.contact.tables import columns
@@ -109,41 +107,128 @@ def late_forces(lanes: tuple, tile: tuple, basis: CyclicArrays, h: int, first: i
     return total
 
 
+@compiled(inner=True)
+def gather_forces(lanes: tuple, basis: CyclicArrays, state: State, n_active: int) -> int:
+    """Series over the blades of the multipliers of the active points (basis is modified).
+
+    Returns the number of ``basis.slots`` that count.
+    """
+    n, stride = 0, basis.cosine.shape[1]
+    n_rows, n_each = (state.multiplier.shape[0] - 1) // 3, basis.points.shape[0] // basis.n_blades
+    basis.slot_of[:] = -1
+    for a in range(n_active):
+        direction, i = divmod(state.active[a], n_rows)
+        row, b = direction * n_each + basis.place[i], basis.blade_of[i]
+        is_new, odd = basis.slot_of[row] < 0, v.load(lanes, state.multiplier, state.active[a])
+        even = odd
+        if 2 * b > basis.n_blades:
+            b, odd = basis.n_blades - b, 0.0 - odd
+        if is_new:
+            basis.slot_of[row], basis.slots[n] = n, row
+            n += 1
+        begin = 2 * basis.slot_of[row] * stride
+        for first in range(0, basis.cosine.shape[0], TILE):
+            h = v.consecutive(TIPS, first)
+            at = v.consecutive(TIPS, begin + first)
+            beside = v.consecutive(TIPS, begin + stride + first)
+            e = o = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+            if not is_new:
+                e, o = v.load(lanes, basis.force, at), v.load(lanes, basis.force, beside)
+            v.store(basis.force, at, v.tile_add(e, basis.cosine, b, h, even))
+            v.store(basis.force, beside, v.tile_add(o, basis.sine, b, h, odd))
+    return n
+
+
 @compiled(inline=True, inner=True)
-def advance_pushed(
-    lanes: tuple, tile: tuple, bank: Bank, step: int, n_active: int, h: int, begin: int, end: int
+def contact_forces(
+    lanes: tuple, tile: tuple, basis: CyclicArrays, n_slots: int, h: int, first: int
+) -> tuple:
+    """Modal forces of the gathered multipliers on a tile of modes with h nodal diameters."""
+    modes, total = v.consecutive(tile, first), v.tile_splat(tile, v.splat(lanes, 0.0))
+    stride, n_each = basis.cosine.shape[1], basis.slots.shape[0]
+    for s in range(n_slots):
+        row, at = basis.slots[s], 2 * s * stride + h
+        total = v.tile_add(total, basis.load, row, modes, v.load(lanes, basis.force, at))
+        odd = v.load(lanes, basis.force, at + stride)
+        total = v.tile_add(total, basis.load, n_each + row, modes, odd)
+    return total
+
+
+@compiled(inline=True, inner=True)
+def correct_tiles(
+    lanes: tuple, tile: tuple, bank: Bank, n_slots: int, h: int, begin: int, end: int
 ) -> None:
-    """Corrector and predictor of whole tiles of real modes that blades push (bank is modified)."""
+    """Corrector of whole tiles of real modes (bank is modified)."""
+    for first in range(begin, end, len(tile)):
+        force = contact_forces(lanes, tile, bank.basis, n_slots, h, first)
+        v.tile_advance(force, first, bank.state, bank.scheme, None, None, None, None)
+
+
+@compiled(inline=True, inner=True)
+def correct_pair(lanes: tuple, bank: Bank, n_slots: int, h: int, k: int) -> None:
+    """Corrector of the pair in rows k and k + 1 (bank is modified)."""
+    c, s = contact_forces(lanes, PAIR, bank.basis, n_slots, h, k)
+    force = turned(lanes, bank.scheme, k, c, s)
+    v.tile_advance(force, k, bank.state, bank.scheme, None, None, None, None)
+
+
+@compiled(inner=True)
+def correct_diameters(lanes: tuple, bank: Bank, n_slots: int, h: int, begin: int, end: int) -> None:
+    """Corrector of real modes from begin to end, of h nodal diameters, and of complex ones.
+
+    The complex modes have their turn with the first of the real modes (bank is modified).
+    """
+    basis = bank.basis
+    whole = end - (end - begin) % TILE
+    correct_tiles(lanes, TIPS, bank, n_slots, h, begin, whole)
+    correct_tiles(lanes, ONE, bank, n_slots, h, whole, end)
+    if begin == basis.begins[h]:
+        for k in range(basis.waves[h], basis.waves[h + 1], 2):
+            correct_pair(lanes, bank, n_slots, h, k)
+
+
+@compiled(inline=True, inner=True)
+def advance_tiles(
+    lanes: tuple, tile: tuple, bank: Bank, step: int, n_slots: int, h: int, begin: int, end: int,
+    is_pushed: Any,
+) -> None:  # fmt: skip
+    """Predictor of whole tiles of real modes (bank is modified).
+
+    is_pushed: a tuple for modes that the deviations push, which have had their corrector; None for
+    modes that have not, and that no deviation pushes.
+    """
     scheme, state = bank.scheme, bank.state
     for first in range(begin, end, len(tile)):
-        force = modal_forces(lanes, tile, scheme, state, n_active, first)
-        late = late_forces(lanes, tile, bank.basis, h, first)
         before, external = state.increment_before, scheme.external
-        v.tile_advance(force, first, state, scheme, before, external, step, late)
+        if is_pushed is not None:
+            force = v.tile_splat(tile, v.splat(lanes, 0.0))
+            late = late_forces(lanes, tile, bank.basis, h, first)
+            v.tile_advance(force, first, state, scheme, before, external, step, late)
+        else:
+            force = contact_forces(lanes, tile, bank.basis, n_slots, h, first)
+            v.tile_advance(force, first, state, scheme, before, external, step, None)
 
 
 @compiled(inner=True)
-def advance_real(lanes: tuple, bank: Bank, step: int, n_active: int, h: int) -> None:
-    """Corrector and predictor of the real modes with h nodal diameters (bank is modified)."""
-    scheme, state, basis = bank.scheme, bank.state, bank.basis
-    begin, end, before = basis.begins[h], basis.begins[h + 1], state.increment_before
-    middle = min(begin + -(-(basis.ends[h] - begin) // TILE) * TILE, end)
+def advance_real(lanes: tuple, bank: Bank, step: int, n_slots: int, h: int) -> None:
+    """Predictor of the real modes with h nodal diameters, and corrector of some (modified)."""
+    begin, middle, end = bank.basis.begins[h], bank.basis.ends[h], bank.basis.begins[h + 1]
     whole = middle - (middle - begin) % TILE
-    advance_pushed(lanes, TIPS, bank, step, n_active, h, begin, whole)
-    advance_pushed(lanes, ONE, bank, step, n_active, h, whole, middle)
+    advance_tiles(lanes, TIPS, bank, step, n_slots, h, begin, whole, ONE)
+    advance_tiles(lanes, ONE, bank, step, n_slots, h, whole, middle, ONE)
     whole = end - (end - middle) % TILE
-    advance_tiles(lanes, TIPS, scheme, state, before, step, n_active, middle, whole)
-    advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end)
+    advance_tiles(lanes, TIPS, bank, step, n_slots, h, middle, whole, None)
+    advance_tiles(lanes, ONE, bank, step, n_slots, h, whole, end, None)
 
 
 @compiled(inner=True)
-def advance_waves(lanes: tuple, bank: Bank, step: int, n_active: int, h: int) -> None:
-    """Corrector and predictor of the complex modes with h nodal diameters (bank is modified)."""
+def advance_waves(lanes: tuple, bank: Bank, step: int, h: int) -> None:
+    """Predictor of the complex modes with h nodal diameters (bank is modified)."""
+    zero = v.splat(lanes, 0.0)
     for k in range(bank.basis.waves[h], bank.basis.waves[h + 1], 2):
-        c = late_forces(lanes, ONE, bank.basis, h, k)[0]
-        s = late_forces(lanes, ONE, bank.basis, h, k + 1)[0]
+        late = late_forces(lanes, PAIR, bank.basis, h, k)
         external = bank.scheme.external
-        advance_wave(lanes, bank.scheme, bank.state, external, step, n_active, k, (c, s))
+        advance_wave(lanes, bank.scheme, bank.state, (zero, zero), external, step, k, late)
 
 
 @compiled(inner=True)
@@ -165,13 +250,16 @@ def sum_up(
 
 
 @compiled(inner=True)
-def add_rings(lanes: tuple, bank: Bank, step: int, n_active: int) -> None:
+def add_rings(lanes: tuple, bank: Bank, step: int, n_slots: int) -> None:
     """Advance the casing, and add its motion to the series of the points (bank is modified)."""
     basis, n = bank.basis, bank.basis.normal.shape[1]
     for k in range(basis.waves[-1], basis.diameters.shape[0], 2):
-        advance_ring(lanes, bank.scheme, bank.state, step, n_active, k)
+        h = basis.diameters[k]
+        c, s = contact_forces(lanes, PAIR, basis, n_slots, h, k)
+        force = turned(lanes, bank.scheme, k, c, s)
+        advance_ring(lanes, bank.scheme, bank.state, force, step, k)
         for first in range(0, n, TILE):
-            places = v.consecutive(TIPS, basis.diameters[k] * n + first)
+            places = v.consecutive(TIPS, h * n + first)
             tile = v.load(lanes, basis.series, places)
             tile = project(lanes, basis.normal, bank.state.position, first, k, k + 2, tile)
             v.store(basis.series, places, tile)
@@ -208,23 +296,6 @@ def move_blades(lanes: tuple, basis: CyclicArrays) -> None:
             v.store(basis.local, at, on_blade(lanes, basis, b))
 
 
-@compiled(inner=True)
-def settle(lanes: tuple, basis: CyclicArrays, state: State, n_active: int) -> None:
-    """Add to the blade modes what the active points move in their step (basis is modified)."""
-    n_points, n_blades, n_each = basis.place.shape[0], basis.n_blades, basis.lag.shape[0]
-    n_rows = (state.multiplier.shape[0] - 1) // 3
-    for a in range(n_active):
-        direction, i = divmod(state.active[a], n_rows)
-        force = v.load(lanes, state.multiplier, state.active[a])
-        start = (direction * (n_points // n_blades) + basis.place[i]) * n_blades
-        for k in range(n_blades):
-            b = basis.blade_of[i] + k
-            b = b - n_blades if b >= n_blades else b
-            for j in range(n_each):
-                kick, at = v.load(lanes, basis.kick, (start + k) * n_each + j), j * n_blades + b
-                v.store(basis.local, at, v.fma(kick, force, v.load(lanes, basis.local, at)))
-
-
 class Cyclic(CyclicArrays):
     """The cyclic basis of a bank."""
 
@@ -232,8 +303,8 @@ class Cyclic(CyclicArrays):
     def per_lane() -> tuple[str, ...]:
         """Names of arrays whose last axis is the lanes."""
         return (
-            "deviation", "lag", "kick", "series", "blade_series", "even", "odd", "local",
-            "before", "late", "seen_at",
+            "deviation", "lag", "series", "blade_series", "even", "odd", "local",
+            "before", "late", "force", "seen_at",
         )  # fmt: skip
 
     @classmethod
@@ -250,14 +321,15 @@ class Cyclic(CyclicArrays):
             )
         ]
         push = series(rows.blade_forces.reshape(n_blades, n_modes, n_rows), rows.diameters)
-        h = np.arange(n_waves + 1)
+        by = np.concatenate([force[blades.points] for force in rows.forces], axis=1)
+        load, h = series(by, rows.diameters), np.arange(n_waves + 1)
         real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
         begins = np.searchsorted(real, h)
         moved = np.abs(rows.blade[:, : len(real)]).max(axis=0, initial=0.0) > 0.0
-        ends = [
-            a + np.flatnonzero(moved[a:b]).max(initial=-1) + 1
-            for a, b in itertools.pairwise(begins)
-        ]
+        last = np.array([np.flatnonzero(moved[a:b]).max(initial=-1) + 1
+                         for a, b in itertools.pairwise(begins)])  # fmt: skip
+        # whole tiles of modes, as far as there are modes
+        ends = np.minimum(begins[:-1] + -(-last // TILE) * TILE, begins[1:])
         angle = 2.0 * np.pi / n_blades * np.outer(h[:-1], h[:-1])
         sine = np.sin(angle) * (2 * h[:-1] < n_blades) * (h[:-1] > 0)[:, None]
         padded = columns(angle).shape[1]
@@ -266,18 +338,21 @@ class Cyclic(CyclicArrays):
         return cls(
             normal=tables[0], observed=tables[1], blade=tables[2],
             push=np.pad(np.concatenate(push), ((0, 0), (0, TILE))),
+            load=np.pad(-np.concatenate(load), ((0, 0), (0, TILE))),
+            slots=np.zeros(3 * n_points, dtype=np.int64),
+            slot_of=np.zeros(3 * n_points, dtype=np.int64),
             cosine=columns(np.cos(angle).T), sine=columns(sine.T),
-            begins=begins, ends=np.array(ends), waves=len(real) + np.searchsorted(waves, h),
+            begins=begins, ends=ends, waves=len(real) + np.searchsorted(waves, h),
             diameters=rows.diameters,
             points=blades.points.T.ravel(), seen_rows=blades.observed.T.ravel(),
             blade_of=place[0], place=place[1],
             **v.lane_arrays(
                 width, deviation=n_modes * n_blades, lag=n_modes,
-                kick=3 * n_points * n_blades * n_modes,
                 series=n_waves * max(table.shape[1] for table in tables[:2]),
                 blade_series=n_waves * tables[2].shape[1], even=padded, odd=padded,
                 local=n_modes * n_blades, before=n_modes * n_blades,
-                late=2 * n_modes * padded, seen_at=columns(rows.observed).shape[1],
+                late=2 * n_modes * padded, force=6 * n_points * padded,
+                seen_at=columns(rows.observed).shape[1],
             ),
             n_blades=n_blades,
         )  # fmt: skip
@@ -298,21 +373,15 @@ class Cyclic(CyclicArrays):
 
         modes, rows: at the speed of the lane; bank: with the coefficients of the lane.
         """
-        blades: Any = modes.blades
-        scheme, h = bank.scheme, bank.scheme.step[lane]
+        h = bank.scheme.step[lane]
         exact = scene.scheme == "exact_modal"
         self.deviation[:, lane] = -deviations(modes, h if exact else 0.0).T.ravel()
         self.lag[:, lane] = lags(modes, scene.damping_ratio) / h
-        first = [by[blades.points[0]] for by in rows.forces]
-        kicks = -np.concatenate(first) * scheme.gain[:, lane]
-        y = rows.blade.reshape(*blades.modes.shape[:2], len(rows.diameters))
-        self.kick[:, lane] = np.einsum("fr,bjr->fbj", kicks, y, optimize=True).ravel()
 
     def start(self, bank: Bank, lane: int) -> None:
         """Find the motion of the blade modes of a lane that does not start at rest (modified)."""
         position, d = bank.state.position[:, lane], bank.state.increment[:, lane]
-        self.local[:, lane] = self._on_blades(position)
-        self.before[:, lane] = self._on_blades(position - d)
+        self.local[:, lane] = self._on_blades(position - d)
 
     def _on_blades(self, position: np.ndarray) -> np.ndarray:
         """Blade modes (J·N,) [m·√kg/s] at modal coordinates (R,)."""
@@ -327,24 +396,32 @@ class Cyclic(CyclicArrays):
 
         Returns the deepest penetration of all contact points (L,) [m].
         """
-        basis, state = bank.basis, bank.state
-        settle(lanes, basis, state, n_active)
-        find_late_forces(lanes, basis)
-        for h in range(basis.cosine.shape[0]):
-            advance_real(lanes, bank, step, n_active, h)
-            advance_waves(lanes, bank, step, n_active, h)
-            sum_up(lanes, basis, state, basis.normal, basis.series, h, basis.begins[h + 1])
+        basis, state, n_waves = bank.basis, bank.state, bank.basis.cosine.shape[0]
+        n_slots = gather_forces(lanes, basis, state, n_active)
+        for h in range(n_waves):
+            if n_slots > 0:
+                correct_diameters(lanes, bank, n_slots, h, basis.begins[h], basis.ends[h])
             sum_up(lanes, basis, state, basis.blade, basis.blade_series, h, basis.ends[h])
-        add_rings(lanes, bank, step, n_active)
         move_blades(lanes, basis)
+        find_late_forces(lanes, basis)
+        for h in range(n_waves):
+            advance_real(lanes, bank, step, n_slots, h)
+            advance_waves(lanes, bank, step, h)
+            sum_up(lanes, basis, state, basis.normal, basis.series, h, basis.begins[h + 1])
+        add_rings(lanes, bank, step, n_slots)
         return find_gaps(lanes, bank, step)
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def correct(lanes: tuple, bank: Bank, n_active: int) -> None:
         """Corrector of all modes without a predictor (bank is modified)."""
-        settle(lanes, bank.basis, bank.state, n_active)
-        correct_modes(lanes, bank.scheme, bank.state, n_active)
+        basis = bank.basis
+        n_slots = gather_forces(lanes, basis, bank.state, n_active)
+        if n_slots > 0:
+            for h in range(basis.cosine.shape[0]):
+                correct_diameters(lanes, bank, n_slots, h, basis.begins[h], basis.begins[h + 1])
+            for k in range(basis.waves[-1], basis.diameters.shape[0], 2):
+                correct_pair(lanes, bank, n_slots, basis.diameters[k], k)
 
     @staticmethod
     @compiled(inner=True)

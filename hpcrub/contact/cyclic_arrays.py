@@ -16,6 +16,8 @@ class CyclicArrays(NamedTuple):
     blade: np.ndarray  # E, then O of the blade modes (R, ≥ 2J) [1/s]
     observed: np.ndarray  # E, then O of the observed displacements (R, ≥ 2Q) [1/√kg]
     push: np.ndarray  # modal forces by E, then O of forces along the blade modes (2J, ≥ R) [1/s]
+    # modal forces by E, then O of multipliers i·P + p, i the direction, p the place (6P, ≥ R)
+    load: np.ndarray
     cosine: np.ndarray  # cos(2πhb/N) of h and b up to N/2 (H, ≥ H)
     sine: np.ndarray  # sin(2πhb/N) (H, ≥ H)
     begins: np.ndarray  # first real mode of each h, then the end (H + 1,) int
@@ -28,9 +30,6 @@ class CyclicArrays(NamedTuple):
     place: np.ndarray  # p of every contact point (C,) int
     deviation: np.ndarray  # −δ of mode j of blade b, row j·N + b (J·N, L) [-]
     lag: np.ndarray  # s_j (J, L) [-]
-    # y_bj that a unit multiplier on point p of blade a adds in its step, for k = (b − a) mod N,
-    # row ((i·P + p)·N + k)·J + j, with i its direction (3·P·N·J, L)
-    kick: np.ndarray
     series: np.ndarray  # E and O of points or of observed displacements, work space (H·n, L)
     blade_series: np.ndarray  # E and O of the blade modes, work space (H·n, L)
     even: np.ndarray  # part of a row that is even in b, work space (≥ H, L)
@@ -38,6 +37,9 @@ class CyclicArrays(NamedTuple):
     local: np.ndarray  # y of mode j of blade b, row j·N + b (J·N, L) [m·√kg/s] (modified)
     before: np.ndarray  # y at the begin of the step before (J·N, L) [m·√kg/s] (modified)
     late: np.ndarray  # E, then O of the forces of the deviations, row j·n + h (2J·n, L) (modified)
+    force: np.ndarray  # E and O of the multipliers in ``slots``, row (2s + 0 or 1)·n + h (6P·n, L)
+    slots: np.ndarray  # multipliers i·P + p with a force on any blade (3P,) int (modified)
+    slot_of: np.ndarray  # place of each multiplier in ``slots``, or −1 (3P,) int (modified)
     seen_at: np.ndarray  # observed displacements (≥ O, L) [m] (modified)
     n_blades: int
 

@@ -106,15 +106,15 @@ def pair_of_forces(
 
 @compiled(inline=True, inner=True)
 def advance_wave(
-    lanes: tuple, scheme: Scheme, state: State, external: Any, step: int, n_active: int, k: int,
+    lanes: tuple, scheme: Scheme, state: State, force: tuple, external: Any, step: int, k: int,
     late: Any,
 ) -> None:  # fmt: skip
     """Corrector and predictor of a complex mode in rows k and k + 1 (state is modified).
 
+    force: pair of modal forces of the step before, turned (L,) [N/√kg].
     external: `Scheme.external`, an argument because only then its type chooses the code.
     late: pair of modal forces that the predictor adds (L,), or None.
     """
-    force = pair_of_forces(lanes, scheme, state, n_active, k)
     v.tile_advance(force, k, state, scheme, state.increment_before, None, None, None)
     gain, decay = v.load(lanes, scheme.gain, k), v.load(lanes, scheme.decay, k)
     a, b = v.load(lanes, state.position, k), v.load(lanes, state.position, k + 1)
@@ -141,10 +141,12 @@ def turn_pair(lanes: tuple, scheme: Scheme, values: np.ndarray, k: int) -> None:
 
 @compiled(inline=True, inner=True)
 def advance_ring(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, k: int
+    lanes: tuple, scheme: Scheme, state: State, force: tuple, step: int, k: int
 ) -> None:
-    """Corrector and predictor of the casing's pair in rows k and k + 1 (state is modified)."""
-    force = pair_of_forces(lanes, scheme, state, n_active, k)
+    """Corrector and predictor of the casing's pair in rows k and k + 1 (state is modified).
+
+    force: as in `advance_wave`.
+    """
     v.tile_advance(force, k, state, scheme, state.increment_before, None, step, None)
     turn_pair(lanes, scheme, state.increment, k)
     turn_pair(lanes, scheme, state.position, k)
@@ -161,10 +163,12 @@ def advance(
         advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end)
     elif begin < scheme.decay.shape[0] - scheme.casing:
         for k in range(begin, end, 2):
-            advance_wave(lanes, scheme, state, scheme.external, step, n_active, k, None)
+            force = pair_of_forces(lanes, scheme, state, n_active, k)
+            advance_wave(lanes, scheme, state, force, scheme.external, step, k, None)
     else:
         for k in range(begin, end, 2):
-            advance_ring(lanes, scheme, state, step, n_active, k)
+            force = pair_of_forces(lanes, scheme, state, n_active, k)
+            advance_ring(lanes, scheme, state, force, step, k)
 
 
 @compiled(inline=True, inner=True)
