@@ -115,18 +115,16 @@ def gather_forces(lanes: tuple, basis: CyclicArrays, state: State, n_active: int
     """
     n, stride = 0, basis.cosine.shape[1]
     n_rows, n_each = (state.multiplier.shape[0] - 1) // 3, basis.points.shape[0] // basis.n_blades
-    basis.slot_of[:] = -1
+    basis.has_force[:] = 0
     for a in range(n_active):
         direction, i = divmod(state.active[a], n_rows)
         row, b = direction * n_each + basis.place[i], basis.blade_of[i]
-        is_new, odd = basis.slot_of[row] < 0, v.load(lanes, state.multiplier, state.active[a])
+        is_new, odd = basis.has_force[row] == 0, v.load(lanes, state.multiplier, state.active[a])
         even = odd
         if 2 * b > basis.n_blades:
             b, odd = basis.n_blades - b, 0.0 - odd
-        if is_new:
-            basis.slot_of[row], basis.slots[n] = n, row
-            n += 1
-        begin = 2 * basis.slot_of[row] * stride
+        basis.has_force[row] = 1
+        begin = 2 * row * stride
         for first in range(0, basis.cosine.shape[0], TILE):
             h = v.consecutive(TIPS, first)
             at = v.consecutive(TIPS, begin + first)
@@ -136,6 +134,9 @@ def gather_forces(lanes: tuple, basis: CyclicArrays, state: State, n_active: int
                 e, o = v.load(lanes, basis.force, at), v.load(lanes, basis.force, beside)
             v.store(basis.force, at, v.tile_add(e, basis.cosine, b, h, even))
             v.store(basis.force, beside, v.tile_add(o, basis.sine, b, h, odd))
+    for row in range(basis.has_force.shape[0]):  # in their order, whatever other lanes list
+        basis.slots[n] = row
+        n += basis.has_force[row]
     return n
 
 
@@ -145,9 +146,9 @@ def contact_forces(
 ) -> tuple:
     """Modal forces of the gathered multipliers on a tile of modes with h nodal diameters."""
     modes, total = v.consecutive(tile, first), v.tile_splat(tile, v.splat(lanes, 0.0))
-    stride, n_each = basis.cosine.shape[1], basis.slots.shape[0]
+    stride, n_each = basis.cosine.shape[1], basis.has_force.shape[0]
     for s in range(n_slots):
-        row, at = basis.slots[s], 2 * s * stride + h
+        row, at = basis.slots[s], 2 * basis.slots[s] * stride + h
         total = v.tile_add(total, basis.load, row, modes, v.load(lanes, basis.force, at))
         odd = v.load(lanes, basis.force, at + stride)
         total = v.tile_add(total, basis.load, n_each + row, modes, odd)
@@ -339,8 +340,8 @@ class Cyclic(CyclicArrays):
             normal=tables[0], observed=tables[1], blade=tables[2],
             push=np.pad(np.concatenate(push), ((0, 0), (0, TILE))),
             load=np.pad(-np.concatenate(load), ((0, 0), (0, TILE))),
-            slots=np.zeros(3 * n_points, dtype=np.int64),
-            slot_of=np.zeros(3 * n_points, dtype=np.int64),
+            slots=np.zeros(3 * n_points + 1, dtype=np.int64),
+            has_force=np.zeros(3 * n_points, dtype=np.int64),
             cosine=columns(np.cos(angle).T), sine=columns(sine.T),
             begins=begins, ends=ends, waves=len(real) + np.searchsorted(waves, h),
             diameters=rows.diameters,

@@ -37,9 +37,9 @@ class CyclicArrays(NamedTuple):
     local: np.ndarray  # y of mode j of blade b, row j·N + b (J·N, L) [m·√kg/s] (modified)
     before: np.ndarray  # y at the begin of the step before (J·N, L) [m·√kg/s] (modified)
     late: np.ndarray  # E, then O of the forces of the deviations, row j·n + h (2J·n, L) (modified)
-    force: np.ndarray  # E and O of the multipliers in ``slots``, row (2s + 0 or 1)·n + h (6P·n, L)
-    slots: np.ndarray  # multipliers i·P + p with a force on any blade (3P,) int (modified)
-    slot_of: np.ndarray  # place of each multiplier in ``slots``, or −1 (3P,) int (modified)
+    force: np.ndarray  # E, then O of multiplier m = i·P + p, from row 2m·n on (6P·n, L) (modified)
+    has_force: np.ndarray  # 1 where multiplier m has a force on any blade, else 0 (3P,) (modified)
+    slots: np.ndarray  # these multipliers, in their order (3P + 1,) int (modified)
     seen_at: np.ndarray  # observed displacements (≥ O, L) [m] (modified)
     n_blades: int
 
