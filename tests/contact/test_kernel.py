@@ -69,18 +69,27 @@ def all_contact_sets(W, depth, reach=1e-4, rounding=1e-18):
     raise AssertionError("no contact set fits")
 
 
-def textbook(modes, scene, speed, n_steps, revolution=REVOLUTION, reach=1e-4, rounding=1e-18):
+def central_differences(modes, damping_ratio, h):
+    """Free motion of a step h by q and q before, and the factors (K,) of forces on it."""
+    w, c = modes.omega * h, damping_ratio * modes.omega * h
+    return lambda q, p: ((2.0 - w**2) * q - (1.0 - c) * p) / (1.0 + c), h**2 / (1.0 + c)
+
+
+def textbook(
+    modes, scene, speed, n_steps, revolution=REVOLUTION, reach=1e-4, rounding=1e-18,
+    step_of=central_differences,
+):  # fmt: skip
     """Observed displacements (n, O) and normal forces (n, C), until a point jams.
 
     Friction is along the slip of the step before, which in a plane is forward.
     """
     h, points = 1.0 / (speed * revolution), scene.interface
-    w, c = modes.omega * h, scene.damping_ratio * modes.omega * h
+    free_of, per_force = step_of(modes, scene.damping_ratio, h)
     rows = np.stack([part for part in (modes.tangential, modes.axial) if len(part)])
-    q, before = np.zeros((2, len(w)))
-    per_force, seen, forces = h**2 / (1.0 + c), [], []
+    q, before = np.zeros((2, len(modes.omega)))
+    seen, forces = [], []
     for step in range(1, n_steps + 1):
-        free = ((2.0 - w**2) * q - (1.0 - c) * before) / (1.0 + c)
+        free = free_of(q, before)
         turned = points.angle + 2.0 * np.pi * step / revolution
         bump = casing.bump_height(turned, *scene.casing[:2])
         depth = modes.normal @ free + casing.ramp(step * h, scene.ramp_time) * bump
