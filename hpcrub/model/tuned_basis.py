@@ -45,6 +45,23 @@ class TunedBasis(NamedTuple):
         return self.modes._replace(blades=blades._replace(deviation=change))
 
 
+def own_modes(modes: Modes) -> Modes:
+    """Modes of the mistuned disk that modes of a basis stand for, at their speed, without air."""
+    blades: Any = modes.blades
+    y = blades.modes.reshape(-1, len(modes.omega))
+    stiffness = y.T @ (np.repeat(blades.deviation, blades.modes.shape[1])[:, None] * y)
+    np.einsum("ii->i", stiffness)[:] += modes.omega**2
+    squared, vectors = eigh(stiffness)
+    rows = {name: getattr(modes, name) @ vectors for name in (*MOTIONS, "shapes")}
+    return modes._replace(
+        omega=np.sqrt(np.maximum(squared, 0.0)),
+        blades=None,
+        waves=None,
+        stiffening=np.zeros((0, 0)),
+        **rows,
+    )
+
+
 def by_blade(blade: np.ndarray) -> np.ndarray | None:
     """Corresponding rows of all blades (N, P) int; None where blades have other numbers of rows.
 

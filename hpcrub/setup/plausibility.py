@@ -15,6 +15,7 @@ from hpcrub.config.text import lines_of
 from hpcrub.model import families
 from hpcrub.model.casing import noise_left
 from hpcrub.model.reduction import Modes, mistuned_modes
+from hpcrub.model.tuned_basis import own_modes
 from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import Scene, can_touch
@@ -132,7 +133,8 @@ def shape_errors(config: Config, problem: Problem, speeds_hz: np.ndarray) -> np.
     speed and once with those with which the study integrates; frequencies belong to it both times.
     The disks are the tuned one and the first samples of the last level. NaN: a disk flutters.
     """
-    scene, n, reduced = problem.scene, config.disk.n_blades, problem.reduced
+    scene, n, basis = problem.scene, config.disk.n_blades, problem.basis
+    reduced = problem.reduced._replace(air=None) if basis else problem.reduced
     load = scene.damping_ratio, 1.0, config.forcing.sense * (config.engine_order or 1)
     own = [
         deviation(config, len(config.levels) - 1, k) for k in range(len(config.samples))[:COMPARED]
@@ -143,9 +145,10 @@ def shape_errors(config: Config, problem: Problem, speeds_hz: np.ndarray) -> np.
 
     found = []
     for blades in (np.zeros(n), *own):
-        near = mistuned_modes(reduced, blades)
-        exact = (mistuned_modes(reduced, blades, 2.0 * np.pi * hz) for hz in speeds_hz)
-        pairs = [(size(near.at(hz)), size(m)) for hz, m in zip(speeds_hz, exact, strict=True)]
+        near = basis.modes_of(blades) if basis else mistuned_modes(reduced, blades)
+        used = [own_modes(near.at(hz)) if basis else near.at(hz) for hz in speeds_hz]
+        exact = [mistuned_modes(reduced, blades, 2.0 * np.pi * hz) for hz in speeds_hz]
+        pairs = [(size(a), size(b)) for a, b in zip(used, exact, strict=True)]
         found.append([a / b - 1.0 if np.isfinite(a + b) else np.nan for a, b in pairs])
     return np.array(found)
 
@@ -159,7 +162,7 @@ def _shape_warnings(config: Config, problem: Problem) -> Iterator[str]:
     if errors.max() > ACCURATE:
         middle, (low, high) = problem.reduced.speed / (2.0 * np.pi), 100.0 * errors
         yield (
-            f"not resolved: mistuned shapes are those of {middle:.4g} Hz at all speeds; for that "
+            f"not resolved: mode shapes are those of {middle:.4g} Hz at all speeds; for that "
             f"linear resonances of the tuned disk and the first samples are off by up to {low:.2g} "
             f"% at {ends[0]:g} Hz and {high:.2g} % at {ends[1]:g} Hz, and amplitudes in contact by "
             "about three times as much: compare with speeds.from_hz and to_hz around the peak"

@@ -153,6 +153,6 @@ def test_what_shapes_of_another_speed_cost_is_estimated():
     assert found[1] == pytest.approx(sizes[0] / sizes[1] - 1.0, abs=2e-4)
     assert abs(found[1]) > 0.01
     (line,) = plausibility._shape_warnings(config.replace({"speeds.to_hz": 50.0}), problem)
-    assert line.startswith("not resolved: mistuned shapes are those of 0 Hz")
+    assert line.startswith("not resolved: mode shapes are those of 0 Hz")
     still = problem._replace(reduced=reduced._replace(stiffening=()))
     assert not list(plausibility._shape_warnings(config, still))
