@@ -139,17 +139,9 @@ class Modes(NamedTuple):
         normal, tangential, axial = map(whole, along, ["motion"] * 3, beside)
         size = np.abs(waves.eigenvalue) if waves else np.zeros(0)
         omega = [self.omega[real], np.repeat(size, 2), np.repeat(self.pairs.omega, 2)]
-        diameters, blade = np.zeros(0, dtype=int), np.zeros((0, len(self.omega)))
-        points = np.arange(len(self.normal))[None]
+        points, blade = np.arange(len(self.normal))[None], np.zeros((0, len(self.omega)))
         if self.blades:
-            n_blades, h = len(self.blades.deviation), self.blades.diameters
-            around = self.pairs.n_waves % n_blades
-            parts = [h[real], np.repeat(h[waves.rows], 2)] if waves else [h]
-            diameters = np.concatenate(
-                [*parts, np.repeat(np.minimum(around, n_blades - around), 2)]
-            )
-            points = self.blades.points
-            blade = self.blades.modes.reshape(-1, len(self.omega))
+            points, blade = self.blades.points, self.blades.modes.reshape(-1, len(self.omega))
         return Rows(
             omega=np.concatenate(omega),
             normal=normal,
@@ -160,10 +152,21 @@ class Modes(NamedTuple):
             forces=tuple(map(whole, along, ["force"] * 3, beside)),
             counts=(len(omega[0]), len(omega[1]), len(omega[2])),
             points=points,
-            diameters=diameters,
+            diameters=self.diameters_of_rows,
             blade=whole(blade),
             blade_forces=whole(blade, "force"),
         )
+
+    @property
+    def diameters_of_rows(self) -> np.ndarray:
+        """Nodal diameters of all rows of a motion (n_rows,) int; (0,) unless blades deviate."""
+        if self.blades is None:
+            return np.zeros(0, dtype=int)
+        h, n_blades = self.blades.diameters, len(self.blades.deviation)
+        in_air = h[self.waves.rows] if self.waves else h[:0]
+        around = self.pairs.n_waves % n_blades
+        twice = np.concatenate([in_air, np.minimum(around, n_blades - around)])
+        return np.concatenate([h[self.real], np.repeat(twice, 2)])
 
     def of_rows(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Modal coordinates of disk (..., K) and casing (..., 2J), from rows (..., n_rows)."""

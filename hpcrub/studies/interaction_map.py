@@ -17,7 +17,7 @@ from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.setup.disks import fixed_disks, modes_of
-from hpcrub.setup.problem import scene_of
+from hpcrub.setup.problem import Problem, scene_of
 from hpcrub.statistics.percentiles import Z_95
 
 _DS = ("disk", "speed")
@@ -52,6 +52,19 @@ def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
     moving = (signals - signals.mean(axis=0)).T * window
     transform = zoom_fft(moving, [0.0, top], m=wanted.n_frequencies, fs=1.0 / interval)
     return 2.0 * np.abs(transform) / window.sum()
+
+
+def _frequencies(
+    config: Config, problem: Problem, disk: int, group: np.ndarray
+) -> Iterator[Values]:
+    """Natural frequencies of a disk, and at the speeds of a group where they depend on these."""
+    own = modes_of(config, problem, fixed_disks(config)[disk])
+    if group.min() == 0:
+        yield "natural_frequencies_hz", disk, own.omega / (2 * np.pi)
+    if config.disk.model is not None:
+        for speed in group:
+            there = own.omega_at(2 * np.pi * config.speeds.values_hz[speed])
+            yield AT_SPEED.name, (disk, speed), there / (2 * np.pi)
 
 
 class InteractionMap(StudyInTime):
@@ -105,7 +118,6 @@ class InteractionMap(StudyInTime):
         scene, groups = prepared.problem.scene, history.groups(config.speeds.values_hz)
         disk, number = divmod(task, len(groups))
         modes, group = prepared.modes[disk], groups[number]
-        own = modes_of(config, prepared.problem, fixed_disks(config)[disk])
         speeds, duration = config.speeds.values_hz[group], config.history.duration_s
         followers, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
         for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
@@ -115,12 +127,8 @@ class InteractionMap(StudyInTime):
             parts.append((piece.time, piece.observed, touching, piece.reason))
         *values, reasons = zip(*parts, strict=True)
         time, tips, touching = map(np.concatenate, values)
-        if group[0] == groups[0][0]:
-            yield "natural_frequencies_hz", disk, own.omega / (2 * np.pi)
+        yield from _frequencies(config, prepared.problem, disk, group)
         for lane, (speed, follower) in enumerate(zip(group, followers, strict=True)):
-            if config.disk.model is not None:
-                there = own.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
-                yield AT_SPEED.name, (disk, speed), there
             # a group is integrated as long as its fastest speed needs; no speed depends on others
             end = history.n_records(speeds[lane], duration, scene)
             interval = time[1, lane] - time[0, lane]

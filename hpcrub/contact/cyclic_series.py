@@ -1,0 +1,111 @@
+"""Fourier series over the blades of a disk: of motions, and of forces of blades and of contact."""
+
+import numpy as np
+
+from hpcrub.contact import lanes as v
+from hpcrub.contact.arrays import State
+from hpcrub.contact.cyclic_arrays import CyclicArrays
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import TILE, TIPS
+
+
+@compiled(inner=True)
+def to_blades(
+    lanes: tuple, basis: CyclicArrays, table: np.ndarray, even: int, odd: int, stride: int
+) -> None:
+    """Fourier series of a row: its even and odd parts over the blades (basis is modified).
+
+    even, odd: row of E and O in the table for h = 0; stride: rows from one h to the next.
+    """
+    n_waves = basis.cosine.shape[0]
+    for first in range(0, n_waves, TILE):
+        places = v.consecutive(TIPS, first)
+        e = o = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+        for h in range(n_waves):
+            e = v.tile_add(e, basis.cosine, h, places, v.load(lanes, table, even + h * stride))
+            o = v.tile_add(o, basis.sine, h, places, v.load(lanes, table, odd + h * stride))
+        v.store(basis.even, places, e)
+        v.store(basis.odd, places, o)
+
+
+@compiled(inline=True, inner=True)
+def on_blade(lanes: tuple, basis: CyclicArrays, b: int) -> np.ndarray:
+    """Value (L,) of the row of `to_blades` on a blade."""
+    other = basis.n_blades - b
+    if b <= other:
+        return v.load(lanes, basis.even, b) + v.load(lanes, basis.odd, b)
+    return v.load(lanes, basis.even, other) - v.load(lanes, basis.odd, other)
+
+
+@compiled(inline=True, inner=True)
+def blade_force(lanes: tuple, basis: CyclicArrays, at: int, lag: np.ndarray) -> np.ndarray:
+    """Force (L,) of a deviation; at: row of the blade mode in ``local``."""
+    y = v.load(lanes, basis.local, at)
+    y = v.fma(lag, y - v.load(lanes, basis.before, at), y)
+    return v.load(lanes, basis.deviation, at) * y
+
+
+@compiled(inner=True)
+def find_late_forces(lanes: tuple, basis: CyclicArrays) -> None:
+    """Series over the blades of the forces of the deviations (basis is modified)."""
+    (n_waves, stride), n_blades = basis.cosine.shape, basis.n_blades
+    n_each = basis.lag.shape[0]
+    for j in range(n_each):
+        lag = v.load(lanes, basis.lag, j)
+        for first in range(0, n_waves, TILE):
+            places = v.consecutive(TIPS, first)
+            e = o = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+            for b in range(n_waves):
+                both = less = blade_force(lanes, basis, j * n_blades + b, lag)
+                if 0 < b < n_blades - b:
+                    other = blade_force(lanes, basis, j * n_blades + n_blades - b, lag)
+                    both, less = both + other, less - other
+                e = v.tile_add(e, basis.cosine, b, places, both)
+                o = v.tile_add(o, basis.sine, b, places, less)
+            v.store(basis.late, v.consecutive(TIPS, j * stride + first), e)
+            v.store(basis.late, v.consecutive(TIPS, (j + n_each) * stride + first), o)
+
+
+@compiled(inner=True)
+def move_blades(lanes: tuple, basis: CyclicArrays) -> None:
+    """Take the motion of the blade modes from their series (basis is modified)."""
+    n, n_each = basis.blade.shape[1], basis.lag.shape[0]
+    for j in range(n_each):
+        to_blades(lanes, basis, basis.blade_series, j, n_each + j, n)
+        for b in range(basis.n_blades):
+            at = j * basis.n_blades + b
+            v.store(basis.before, at, v.load(lanes, basis.local, at))
+            v.store(basis.local, at, on_blade(lanes, basis, b))
+
+
+@compiled(inner=True)
+def gather_forces(lanes: tuple, basis: CyclicArrays, state: State, n_active: int) -> int:
+    """Series over the blades of the multipliers of the active points (basis is modified).
+
+    Returns the number of ``basis.slots`` that count.
+    """
+    n, stride = 0, basis.cosine.shape[1]
+    n_rows, n_each = (state.multiplier.shape[0] - 1) // 3, basis.points.shape[0] // basis.n_blades
+    basis.has_force[:] = 0
+    for a in range(n_active):
+        direction, i = divmod(state.active[a], n_rows)
+        row, b = direction * n_each + basis.place[i], basis.blade_of[i]
+        is_new, odd = basis.has_force[row] == 0, v.load(lanes, state.multiplier, state.active[a])
+        even = odd
+        if 2 * b > basis.n_blades:
+            b, odd = basis.n_blades - b, 0.0 - odd
+        basis.has_force[row] = 1
+        begin = 2 * row * stride
+        for first in range(0, basis.cosine.shape[0], TILE):
+            h = v.consecutive(TIPS, first)
+            at = v.consecutive(TIPS, begin + first)
+            beside = v.consecutive(TIPS, begin + stride + first)
+            e = o = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+            if not is_new:
+                e, o = v.load(lanes, basis.force, at), v.load(lanes, basis.force, beside)
+            v.store(basis.force, at, v.tile_add(e, basis.cosine, b, h, even))
+            v.store(basis.force, beside, v.tile_add(o, basis.sine, b, h, odd))
+    for row in range(basis.has_force.shape[0]):  # in their order, whatever other lanes list
+        basis.slots[n] = row
+        n += basis.has_force[row]
+    return n
