@@ -202,6 +202,9 @@ def find_gaps(lanes: tuple, bank: Bank, step: int) -> np.ndarray:
     return deepest
 
 
+TABLES = "normal", "observed", "blade"  # of E and O
+
+
 class Cyclic(CyclicArrays):
     """The cyclic basis of a bank."""
 
@@ -216,47 +219,22 @@ class Cyclic(CyclicArrays):
     @classmethod
     def allocate(cls, rows: Rows, blades: Blades, width: int) -> "Cyclic":
         """Basis for idle lanes."""
-        (n_blades, n_points), n_rows = blades.points.shape, len(rows.diameters)
-        n_modes, n_waves = blades.modes.shape[1], n_blades // 2 + 1
-        tables = [
-            columns(np.concatenate(series(part, rows.diameters)))
-            for part in (
-                rows.normal[blades.points],
-                rows.observed[blades.observed],
-                rows.blade.reshape(n_blades, n_modes, n_rows),
-            )
-        ]
-        push = series(rows.blade_forces.reshape(n_blades, n_modes, n_rows), rows.diameters)
-        by = np.concatenate([force[blades.points] for force in rows.forces], axis=1)
-        load, h = series(by, rows.diameters), np.arange(n_waves + 1)
-        real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
-        begins = np.searchsorted(real, h)
-        moved = np.abs(rows.blade[:, : len(real)]).max(axis=0, initial=0.0) > 0.0
-        last = np.array([np.flatnonzero(moved[a:b]).max(initial=-1) + 1
-                         for a, b in itertools.pairwise(begins)])  # fmt: skip
-        # whole tiles of modes, as far as there are modes
-        ends = np.minimum(begins[:-1] + -(-last // TILE) * TILE, begins[1:])
-        angle = 2.0 * np.pi / n_blades * np.outer(h[:-1], h[:-1])
-        sine = np.sin(angle) * (2 * h[:-1] < n_blades) * (h[:-1] > 0)[:, None]
-        padded = columns(angle).shape[1]
-        place = np.zeros((2, blades.points.size), dtype=np.int64)
+        (n_blades, n_points), n_modes = blades.points.shape, blades.modes.shape[1]
+        tables, place = _tables(rows, blades), np.zeros((2, blades.points.size), dtype=np.int64)
         place[:, blades.points] = np.indices(blades.points.shape)
+        (n_waves, padded), widths = tables["cosine"].shape, (tables[k].shape[1] for k in TABLES)
+        n_motion, n_seen, n_blade = widths
         return cls(
-            normal=tables[0], observed=tables[1], blade=tables[2],
-            push=np.pad(np.concatenate(push), ((0, 0), (0, TILE))),
-            load=np.pad(-np.concatenate(load), ((0, 0), (0, TILE))),
+            **tables,
             slots=np.zeros(3 * n_points + 1, dtype=np.int64),
             has_force=np.zeros(3 * n_points, dtype=np.int64),
-            cosine=columns(np.cos(angle).T), sine=columns(sine.T),
-            begins=begins, ends=ends, waves=len(real) + np.searchsorted(waves, h),
             diameters=rows.diameters,
             points=blades.points.T.ravel(), seen_rows=blades.observed.T.ravel(),
             blade_of=place[0], place=place[1],
             **v.lane_arrays(
                 width, deviation=n_modes * n_blades, lag=n_modes,
-                series=n_waves * max(table.shape[1] for table in tables[:2]),
-                blade_series=n_waves * tables[2].shape[1], even=padded, odd=padded,
-                local=n_modes * n_blades, before=n_modes * n_blades,
+                series=n_waves * max(n_motion, n_seen), blade_series=n_waves * n_blade,
+                even=padded, odd=padded, local=n_modes * n_blades, before=n_modes * n_blades,
                 late=2 * n_modes * padded, force=6 * n_points * padded,
                 seen_at=columns(rows.observed).shape[1],
             ),
@@ -349,3 +327,38 @@ class Cyclic(CyclicArrays):
     def seen(lanes: tuple, bank: Bank, first: int) -> tuple:
         """Observed displacements of a tile of rows from ``first`` on [m], after `look`."""
         return v.load(lanes, bank.basis.seen_at, v.consecutive(TIPS, first))
+
+
+def _tables(rows: Rows, blades: Blades) -> dict[str, np.ndarray]:
+    """Arrays of one blade that all lanes share, and where the modes of each h begin and end."""
+    n_blades, h = len(blades.points), np.arange(len(blades.points) // 2 + 2)
+    shape = *blades.modes.shape[:2], len(rows.diameters)
+    normal, observed, blade, push, load = (
+        np.concatenate(series(part, rows.diameters))
+        for part in (
+            rows.normal[blades.points],
+            rows.observed[blades.observed],
+            rows.blade.reshape(shape),
+            rows.blade_forces.reshape(shape),
+            np.concatenate([force[blades.points] for force in rows.forces], axis=1),
+        )
+    )
+    real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
+    begins = np.searchsorted(real, h)
+    moved = np.abs(rows.blade[:, : len(real)]).max(axis=0, initial=0.0) > 0.0
+    last = [np.flatnonzero(moved[a:b]).max(initial=-1) + 1 for a, b in itertools.pairwise(begins)]
+    angle = 2.0 * np.pi / n_blades * np.outer(h[:-1], h[:-1])
+    sine = np.sin(angle) * (2 * h[:-1] < n_blades) * (h[:-1] > 0)[:, None]
+    return {
+        "normal": columns(normal),
+        "observed": columns(observed),
+        "blade": columns(blade),
+        "push": np.pad(push, ((0, 0), (0, TILE))),
+        "load": np.pad(-load, ((0, 0), (0, TILE))),
+        "cosine": columns(np.cos(angle).T),
+        "sine": columns(sine.T),
+        "begins": begins,
+        # whole tiles of modes, as far as there are modes
+        "ends": np.minimum(begins[:-1] + -(-np.array(last) // TILE) * TILE, begins[1:]),
+        "waves": len(real) + np.searchsorted(waves, h),
+    }
