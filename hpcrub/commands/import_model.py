@@ -240,6 +240,8 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
             f"rigid motions: leave {facts.rigid_residual:.1e} of a row's entries (median); "
             f"{facts.loaded_rows} rows feel supports"
         )
+    if len(model.fixed):
+        yield f"held: {len(model.fixed):,} of the rows (fixed)"
     if model.kind == "sector":
         *_, error = assembly.pair_sides(model.nodes, model.low, model.high, model.n_sectors)
         yield f"sides: {len(model.low)} nodes each, pairs miss by at most {1e3 * error:.2g} mm"

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.errors import InputError, reading
+from hpcrub.errors import InputError
+from hpcrub.model.imported.readers.text import content
 
 MOST_NUMBERS = 10_000_000  # numbers that a line of a set may generate
 
@@ -74,9 +75,7 @@ def _blocks(path: Any) -> Iterator[Any]:
 def _lines(path: Any, outer: Any = ()) -> Iterator[Any]:
     if path in outer:
         raise InputError(f"{path}: includes itself")
-    with reading(path):
-        text = path.read_text("utf-8", errors="replace")
-    for line in map(str.strip, text.splitlines()):
+    for line in map(str.strip, content(path).splitlines()):
         if line.upper().startswith("*INCLUDE"):
             name = line.partition("=")[2].strip().strip('"')
             yield from _lines(path.parent / name, (*outer, path))

@@ -9,7 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
-from hpcrub.model.imported.readers.rows import File, Files, Lists, Mesh, Rows, arrays_of
+from hpcrub.model.imported.readers.rows import File, Files, Lists, Mesh, Rows, arrays_of, whole
+from hpcrub.model.imported.readers.text import numbers
 
 STIFFNESS, MASS = "KGG", "MGG"
 DIRECTIONS = 6
@@ -74,5 +75,4 @@ def _rows(files: Any, path: Any, name: str, number: Any, used: Any) -> Any:
 
 
 def _numbers(name: str) -> Any:
-    with reading(name):
-        return np.loadtxt(name, delimiter=",", dtype=np.int64, ndmin=1).ravel()
+    return whole(numbers(name), name)
