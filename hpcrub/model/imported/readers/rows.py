@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from hpcrub.errors import InputError
 from hpcrub.model.imported.arrays import stored, symmetric
 from hpcrub.model.imported.neutral import AT_SPEEDS
+from hpcrub.model.imported.readers.nodal import in_one_frame
 
 File = str | Path
 Files = dict[float, File]  # {speed of rotation [Hz]: file}
@@ -28,6 +29,10 @@ class Rows(NamedTuple):
     dof: np.ndarray  # (n, 2) node number and direction
     name: str  # of its file, for messages
 
+    def of(self, rows: np.ndarray) -> "Rows":
+        """Return the matrix of some of the rows (any,) only."""
+        return self._replace(matrix=self.matrix[rows][:, rows], dof=self.dof[rows])
+
 
 class Mesh(NamedTuple):
     """Nodes of another program, by that program's numbers."""
@@ -36,6 +41,7 @@ class Mesh(NamedTuple):
     place: np.ndarray  # (n, 3) coordinates
     nodes_of: Callable[[str], np.ndarray]  # returns the node numbers of a list by name
     elements: list  # node numbers of each element, corners first; may be empty
+    axes: dict[int, np.ndarray] = {}  # {node: (3, 3) own directions, the rows} of turned nodes
 
 
 class Lists(NamedTuple):
@@ -56,7 +62,11 @@ def arrays_of(
     stiffness: {speed [Hz]: matrix} at one or three speeds; blade: stiffness of the blades alone.
     Raises InputError: a list or node is missing, or a matrix has rows that the mass matrix lacks.
     """
-    dof = mass.dof
+    parts: dict[Any, Rows] = {**stiffness, "M": mass}
+    if blade:
+        parts["K_blade"] = blade
+    frame, parts = in_one_frame(mesh, parts)
+    dof = parts["M"].dof
     number = np.union1d(mesh.number, dof[:, 0])  # inner nodes of elements have no place
     place = np.full((len(number), 3), np.nan)
     place[places(mesh.number, number, mass.name)] = mesh.place
@@ -68,6 +78,7 @@ def arrays_of(
         "hpcrub_model": np.array(1),
         "kind": np.array("sector" if lists.low else "disk"),
         "nodes": place,
+        "frame": np.array(frame),
         "dof": np.column_stack([places(dof[:, 0], number, mass.name), dof[:, 1]]),
         "contact_node": named(lists.contact),
         "surface": skin([places(corners, number, mass.name) for corners in mesh.elements]),
@@ -82,9 +93,9 @@ def arrays_of(
     names = ("K",) if len(stiffness) == 1 else AT_SPEEDS
     if len(stiffness) == 3:
         arrays["speeds_hz"] = np.array(list(stiffness), dtype=float)
-    matrices = dict(zip(names, stiffness.values(), strict=True)) | {"M": mass}
-    for name, matrix in (matrices | ({"K_blade": blade} if blade else {})).items():
-        store(arrays, name, spread(matrix, dof))
+    name_of = dict(zip(stiffness, names, strict=True))
+    for key, part in parts.items():
+        store(arrays, name_of.get(key, key), spread(part, dof))
     return arrays
 
 

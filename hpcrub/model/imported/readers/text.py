@@ -21,10 +21,13 @@ def content(path: str | Path) -> str:
     """Read a text file, packed by gzip or not. Raises InputError."""
     path = existing(path)
     with reading(path):
-        data = path.read_bytes()
-        if data.startswith(PACKED):
-            data = gzip.decompress(data)
-        return data.decode("utf-8-sig", errors="replace")
+        return unpacked(path).decode("utf-8-sig", errors="replace")
+
+
+def unpacked(path: Path) -> bytes:
+    """Read the bytes of a file, packed by gzip or not."""
+    data = path.read_bytes()
+    return gzip.decompress(data) if data.startswith(PACKED) else data
 
 
 def table(path: str | Path, columns: int = 0) -> np.ndarray:
