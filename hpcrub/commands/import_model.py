@@ -13,7 +13,7 @@ from hpcrub.model import crossings, families
 from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced, stress
 from hpcrub.model.imported.arrays import Arrays
 from hpcrub.model.imported.frames import about_z
-from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
+from hpcrub.model.imported.readers import abaqus, ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import Lists, whole
 from hpcrub.ranks.progress import say
 from hpcrub.results import model_file, tables
@@ -26,11 +26,12 @@ BETWEEN = 1.0  # [%] error of a frequency between the speeds of --stiffness that
 SOURCES = {
     "calculix": "deck NAME.inp beside NAME.sti, NAME.mas and NAME.dof",
     "ansys": "NAME.full of the disk at rest",
-    "nastran": "text OP4 file with KGG and MGG",
-    "matrixmarket": "a folder with M.mtx, K.mtx and CSV lists",
+    "nastran": "OP4 file with KGG and MGG, text or binary",
+    "abaqus": "deck NAME.inp beside NAME_STIF1.mtx and NAME_MASS1.mtx, of *MATRIX GENERATE",
+    "matrixmarket": "a folder with M.mtx, K.mtx (or .hb, Harwell-Boeing) and CSV lists",
     "model": "a model file: check it, reduce it",
 }
-DECKS = "calculix", "ansys", "nastran"
+DECKS = "calculix", "ansys", "nastran", "abaqus"
 OPTIONS: tuple[tuple[Iterable[str], str, dict[str, Any]], ...] = (  # formats that have it, option
     (["ansys", "nastran"], "--mesh", {
         "required": True, "metavar": "FILE",
@@ -140,6 +141,8 @@ def _arrays(options: Any) -> Any:
         if options.stress and not options.low:
             raise InputError("--stress: goes with one sector (--low, --high, --sectors)")
         return calculix.read(options.source, lists, *others, options.stress)
+    if options.format == "abaqus":
+        return abaqus.read(options.source, lists, *others)
     module = {"ansys": ansys, "nastran": nastran}[options.format]
     return module.read(options.source, options.mesh, lists, *others)
 

@@ -39,6 +39,11 @@ def read(
     Raises InputError: a file or a set is missing or cannot be read.
     """
     deck = decks.read(path)
+    if "CYCLIC SYMMETRY MODEL" in deck.keywords:
+        raise InputError(
+            f"{path}: *CYCLIC SYMMETRY MODEL takes the rows of one side out of the matrices; leave "
+            "it and its *TIE out of the job that stores them"
+        )
     mesh = Mesh(
         deck.node,
         deck.place,
