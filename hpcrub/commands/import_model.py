@@ -21,6 +21,7 @@ from hpcrub.results import model_file, tables
 HALF_RANGE, DAMPING = 0.01, 0.005  # mistuning and damping in the sentence on coupling
 LEAN = 1e-3  # lift by friction, below which blades count as straight: they move neither in nor out
 PER_TIP = 1e-2, 1e6  # [MPa/mm] a stress of a first family outside comes from wrong units
+RISES = 0.02, 20.0  # of a frequency's square over that of the speed; others come from wrong speeds
 BETWEEN = 1.0  # [%] error of a frequency between the speeds of --stiffness that gives a warning
 
 SOURCES = {
@@ -281,12 +282,22 @@ def _of_tips(model: Any, options: Any) -> str:
 
 
 def _between_speeds(model: Any) -> Iterator[str]:
-    """Warn where interpolating the matrices between speeds gives wrong frequencies."""
-    error = 100 * cyclic.error_between(model, 2 * np.pi * model.speeds)
+    """Warn of matrices of three speeds that cannot be right, or are wrong between them."""
+    found = cyclic.between_speeds(model, 2 * np.pi * model.speeds)
+    error = 100 * found.error
     if abs(error) > BETWEEN:
         yield (
             f"warning: between the speeds of --stiffness the first frequency is off by {error:+.2g}"
             " %: blades turn by too much from one to the next; take the matrices of one speed alone"
+        )
+    if not RISES[0] <= found.rises.min() <= found.rises.max() <= RISES[1]:
+        low, middle, high = np.sort(model.speeds)
+        first, second = found.rises
+        yield (
+            f"warning: the first frequency's square rises by {first:.2g} of that of the speed from "
+            f"{low:g} to {middle:g} Hz and by {second:.2g} from {middle:g} to {high:g} Hz; "
+            f"{RISES[0]:g} to {RISES[1]:g} is usual: are the speeds of --stiffness in Hz, and each "
+            "of its own file?"
         )
 
 

@@ -1,6 +1,7 @@
 """Types and functions that all readers share: mesh, skin, node lists, matrices with their rows."""
 
 from collections.abc import Callable
+from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -62,40 +63,52 @@ def arrays_of(
     stiffness: {speed [Hz]: matrix} at one or three speeds; blade: stiffness of the blades alone.
     Raises InputError: a list or node is missing, or a matrix has rows that the mass matrix lacks.
     """
+    if len(stiffness) not in (1, 3):
+        raise InputError(f"--stiffness: {len(stiffness) - 1} other speeds given; two are needed")
     parts: dict[Any, Rows] = {**stiffness, "M": mass}
     if blade:
         parts["K_blade"] = blade
     frame, parts = in_one_frame(mesh, parts)
     dof = parts["M"].dof
+    arrays = {"hpcrub_model": np.array(1), "frame": np.array(frame)}
+    arrays |= _mesh_arrays(mesh, lists, dof, mass.name)
+    names = ("K",) if len(stiffness) == 1 else AT_SPEEDS
+    if len(stiffness) == 3:
+        arrays["speeds_hz"] = np.array(list(stiffness), dtype=float)
+    name_of = dict(zip(stiffness, names, strict=True))
+    matrices = {key: spread(part, dof) for key, part in parts.items()}
+    for one, other in combinations(stiffness, 2):
+        if abs(matrices[one] - matrices[other]).max() == 0.0:
+            raise InputError(
+                f"--stiffness: {stiffness[one].name} and {stiffness[other].name} hold the same "
+                f"matrix, though one is of {one:g} Hz and the other of {other:g} Hz"
+            )
+    for key, matrix in matrices.items():
+        store(arrays, name_of.get(key, key), matrix)
+    return arrays
+
+
+def _mesh_arrays(mesh: Mesh, lists: Lists, dof: np.ndarray, name: str) -> dict:
+    """Arrays of nodes, rows (any, 2) and lists of nodes; name: of the file of the rows."""
     number = np.union1d(mesh.number, dof[:, 0])  # inner nodes of elements have no place
     place = np.full((len(number), 3), np.nan)
-    place[places(mesh.number, number, mass.name)] = mesh.place
+    place[places(mesh.number, number, name)] = mesh.place
 
     def named(name: Any) -> Any:
         return places(mesh.nodes_of(name), number, name)
 
     arrays = {
-        "hpcrub_model": np.array(1),
         "kind": np.array("sector" if lists.low else "disk"),
         "nodes": place,
-        "frame": np.array(frame),
-        "dof": np.column_stack([places(dof[:, 0], number, mass.name), dof[:, 1]]),
+        "dof": np.column_stack([places(dof[:, 0], number, name), dof[:, 1]]),
         "contact_node": named(lists.contact),
-        "surface": skin([places(corners, number, mass.name) for corners in mesh.elements]),
+        "surface": skin([places(corners, number, name) for corners in mesh.elements]),
     }
     if lists.low:
         arrays |= {"low": named(lists.low), "high": named(lists.high)}
         arrays["n_sectors"] = np.array(lists.n_sectors)
     if lists.fixed:
-        arrays["fixed"] = np.flatnonzero(np.isin(dof[:, 0], mesh.nodes_of(lists.fixed)))
-    if len(stiffness) not in (1, 3):
-        raise InputError(f"--stiffness: {len(stiffness) - 1} other speeds given; two are needed")
-    names = ("K",) if len(stiffness) == 1 else AT_SPEEDS
-    if len(stiffness) == 3:
-        arrays["speeds_hz"] = np.array(list(stiffness), dtype=float)
-    name_of = dict(zip(stiffness, names, strict=True))
-    for key, part in parts.items():
-        store(arrays, name_of.get(key, key), spread(part, dof))
+        arrays["fixed"] = np.flatnonzero(np.isin(arrays["dof"][:, 0], named(lists.fixed)))
     return arrays
 
 
