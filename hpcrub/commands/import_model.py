@@ -234,7 +234,7 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
     facts = checks.check(model)
     per_blade = np.bincount(model.contact_blade)
     yield (
-        f"{model.kind}: {len(model.dof):,} dof, {model.n_blades} blades, "
+        f"{model.kind}: {len(model.dof):,} dof, {counted(model.n_blades, 'blade')}, "
         f"{per_blade.min()} to {per_blade.max()} contact nodes each, "
         f"tip radius {1e3 * facts.tip_radius:.6g} mm (to {1e3 * facts.tip_gap:.2g} mm below it)"
     )

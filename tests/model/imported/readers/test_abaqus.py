@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from scipy.linalg import eigh
 
 from evidence import calculix as ccx
-from evidence.truth.hexahedra import SMALL, sector, sector_arrays
+from evidence.truth.hexahedra import SMALL, matrix_of, sector, sector_arrays
 from hpcrub.errors import InputError
 from hpcrub.model.imported import cyclic, neutral
 from hpcrub.model.imported.readers import abaqus, deck
@@ -33,7 +34,7 @@ def write_matrix(name, matrix, without=()):
     lower, dof = sp.coo_array(sp.tril(matrix)), ARRAYS["dof"] + [1, 0]
     with open(name, "w") as file:
         for i, j, value in zip(lower.row, lower.col, lower.data, strict=True):
-            if not np.isin([i, j], without).any():
+            if value and not np.isin([i, j], without).any():
                 (a, c), (b, d) = dof[i], dof[j]
                 file.write(f"{a},{c}, {b},{d}, {value:.16e}\n")
 
@@ -182,3 +183,24 @@ def test_matrices_are_whole_or_a_triangle(folder):
     found = abaqus.job_matrix("d.inp", "STIF")
     assert found.dof.tolist() == [[1, 1], [5, 3]]
     np.testing.assert_array_equal(found.matrix.toarray(), a)
+
+
+def test_one_blade_alone_is_a_disk_of_one_blade(folder, capsys):
+    """A rig: its root is held, and its own stiffness is that of the blade."""
+    write_job("blade", supports=False, blade=True)
+    used = np.flatnonzero(abs(matrix_of(ARRAYS, "K_blade")).sum(axis=0))
+    radius = np.hypot(*ARRAYS["nodes"][:, :2].T)[used // 3]
+    root = np.unique(used[radius < radius.min() + 1e-6] // 3)
+    others = np.setdiff1d(np.arange(len(ARRAYS["dof"])), used)
+    write_matrix("blade_MASS1.mtx", 1e-3 * matrix_of(ARRAYS, "M"), others)
+    Path("blade.inp").write_text(
+        Path("blade.inp").read_text() + "\n*NSET, NSET=ROOT\n" + "".join(f"{n + 1}\n" for n in root)
+    )
+    options = "--units", "mm t s", "--contact", "TIP", "--fixed", "ROOT"
+    assert command("abaqus", "blade.inp", "--blade", "blade.inp", *options) == 0
+    said = capsys.readouterr().out
+    free = used[~np.isin(used // 3, root)]
+    K, M = (matrix_of(ARRAYS, name)[free][:, free].toarray() for name in ("K_blade", "M"))
+    first = np.sqrt(eigh(K, M, eigvals_only=True)[0]) / (2 * np.pi)
+    assert "disk: 72 dof, 1 blade, 2 to 2 contact nodes" in said
+    assert f"  0: {first:11.4f}" in said
