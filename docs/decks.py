@@ -4,8 +4,9 @@
         --speeds 80 120
 
 fan.inp holds nodes, elements, sets, materials and solid sections of one sector, in mm, t and s, for
-CalculiX or Abaqus; its own steps and supports are left out. Beside it are written sector.inp and
-blade_alone.inp, and for every speed [Hz] state_HZ.inp and sector_HZ.inp.
+CalculiX or Abaqus. Its own steps and supports are left out; what else is, is said. A model with
+other parts (equations, masses, shells, turned nodes) is refused. Beside it are written sector.inp
+and blade_alone.inp, and for every speed [Hz] state_HZ.inp and sector_HZ.inp.
 """
 
 import argparse
@@ -42,27 +43,32 @@ MOVED = """\
 {fixed}, 1, 3
 """
 LOAD = "*DLOAD\nEALL, CENTRIF, {:.12g}, 0., 0., 0., 0., 0., 1.\n"
-KEPT = "NODE", "NSET", "MATERIAL", "ELASTIC", "DENSITY", "EXPANSION", "ORIENTATION"
+COPIED = "NODE", "MATERIAL", "ELASTIC", "DENSITY", "EXPANSION", "ORIENTATION"
+READ = "NSET", "ELSET", "ELEMENT", "SOLID SECTION"
+LEFT_OUT = (  # have no part in the matrices of a sector alone
+    "HEADING", "PREPRINT", "RESTART", "BOUNDARY", "SURFACE", "AMPLITUDE", "PHYSICAL CONSTANTS",
+    "DAMPING", "CONDUCTIVITY", "SPECIFIC HEAT", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY",
+    "INSTANCE", "END INSTANCE",
+)  # fmt: skip
 
 
 def main(argv=None):
     options = parser().parse_args(argv)
     folder, blocks = options.deck.parent, list(blocks_of(options.deck))
+    check(options.deck, blocks)
     elements, elsets = elements_of(blocks)
-    if options.blade.upper() not in elsets:
-        raise SystemExit(f"there is no element set {options.blade}; there are {', '.join(elsets)}")
+    blade = picked(elsets, options.blade, "element set")
+    sets = sets_of(blocks)
     low, high, fixed = (
-        nodes_of(blocks, name) for name in (options.low, options.high, options.fixed)
+        picked(sets, name, "node set") for name in (options.low, options.high, options.fixed)
     )
     if len(low) != len(high) or not fixed - low:
         raise SystemExit("the sides need as many nodes, and the held set nodes beside the low side")
-    disk = model(blocks, elements, elsets, set(elements))
+    disk = model(blocks, elements, elsets, sets, set(elements))
     held = f"*BOUNDARY\n{options.fixed}, 1, 3\n"
     decks = {
         "sector": disk + held + "*STEP\n" + STORE,
-        "blade_alone": model(blocks, elements, elsets, elsets[options.blade.upper()])
-        + "*STEP\n"
-        + STORE,
+        "blade_alone": model(blocks, elements, elsets, sets, blade) + "*STEP\n" + STORE,
     }
     # the tie moves the low side: what is held there would be held twice
     inner = f"*NSET, NSET=HELD\n{lines_of(sorted(fixed - low))}"
@@ -89,7 +95,7 @@ def parser():
 
 
 def blocks_of(path):
-    """(keyword, options, its line, data lines) of the model in a deck, before its first step."""
+    """(keyword, options, data lines) of the model in a deck, before its first step."""
     block = None
     for line in filter(
         None, map(str.strip, path.read_text("utf-8", errors="replace").splitlines())
@@ -97,15 +103,16 @@ def blocks_of(path):
         if line.startswith("**"):
             continue
         if not line.startswith("*"):
-            block[3].append(line)
+            block[2].append(line)
             continue
         if block:
             yield block
         keyword, *rest = [word.strip() for word in line[1:].split(",")]
-        named = dict(word.upper().replace(" ", "").partition("=")[::2] for word in rest)
-        block = keyword.upper(), named, line, []
+        pairs = (word.partition("=")[::2] for word in rest)
+        named = {key.strip().upper(): name_of(value) for key, value in pairs}
+        block = " ".join(keyword.upper().split()), named, []
         if block[0] == "INCLUDE":
-            yield from blocks_of(path.parent / line.partition("=")[2].strip())
+            yield from blocks_of(path.parent / line.partition("=")[2].strip().strip('"'))
             block = None
         elif block[0] == "STEP":
             return
@@ -113,10 +120,32 @@ def blocks_of(path):
         yield block
 
 
+def name_of(text):
+    """A name as CalculiX can read it: capitals, no quotes, no blanks."""
+    return "_".join(text.strip().strip('"').upper().split())
+
+
+def check(path, blocks):
+    """Stop where the model has parts that would be lost, and say what is left out."""
+    words = [word for word, *_ in blocks]
+    for word, named, data in blocks:
+        moves = word == "INSTANCE" and (data or words.count(word) > 1)
+        how = next(
+            (f", {key}" for key in ("INPUT", "SYSTEM") if key in named and word in COPIED), ""
+        )
+        if moves or how or word not in COPIED + READ + LEFT_OUT:
+            raise SystemExit(
+                f"{path}: *{word}{how} would be lost; take it out if the sector's matrices can do "
+                "without it, write it in another way, or make the decks by hand"
+            )
+    lost = ", ".join(f"*{word}" for word in dict.fromkeys(words) if word in LEFT_OUT)
+    print(f"left out: {lost or 'nothing'}, and all steps")
+
+
 def elements_of(blocks):
     """{label: (type, nodes)} of all elements, and {name: labels} of their sets."""
     elements, elsets = {}, {}
-    for keyword, named, _, data in blocks:
+    for keyword, named, data in blocks:
         if keyword == "ELEMENT":
             words, found = [], set()
             for line in data:
@@ -131,15 +160,26 @@ def elements_of(blocks):
     return elements, elsets
 
 
-def nodes_of(blocks, name):
-    """Numbers of the nodes of a set."""
+def sets_of(blocks):
+    """{name: numbers} of all sets of nodes."""
     sets = {}
-    for keyword, named, _, data in blocks:
-        if keyword == "NSET":
-            sets.setdefault(named["NSET"], set()).update(members(named, data, sets))
-    if name.upper() not in sets:
-        raise SystemExit(f"there is no node set {name}; there are {', '.join(sets)}")
-    return sets[name.upper()]
+    for keyword, named, data in blocks:
+        if keyword in ("NODE", "NSET") and (name := named.get("NSET")):
+            if "ELSET" in named:
+                raise SystemExit(f"*NSET, ELSET={named['ELSET']} is not read; list the nodes")
+            numbers = members(named, data, sets) if keyword == "NSET" else labels(data)
+            sets.setdefault(name, set()).update(numbers)
+    return sets
+
+
+def labels(data):
+    return {int(line.partition(",")[0]) for line in data}
+
+
+def picked(sets, name, what):
+    if name_of(name) not in sets:
+        raise SystemExit(f"there is no {what} {name}; there are {', '.join(sets)}")
+    return sets[name_of(name)]
 
 
 def members(named, data, sets):
@@ -149,23 +189,40 @@ def members(named, data, sets):
         ranges = [[int(word) for word in row] for row in rows]
         return set().union(*(range(first, last + 1, *step) for first, last, *step in ranges))
     words = [word for row in rows for word in row]
-    return set().union(*(sets.get(word.upper()) or [int(word)] for word in words))
+    found = (
+        [int(word)] if word.isdigit() else picked(sets, word, "set that another set names")
+        for word in words
+    )
+    return set().union(*found)
 
 
-def model(blocks, elements, elsets, kept):
+def model(blocks, elements, elsets, sets, kept):
     """Text of nodes, sets and materials, and of some of the elements with their sections."""
-    text = "".join("\n".join([line, *data, ""]) for word, _, line, data in blocks if word in KEPT)
+    copied = [(line_of(word, named), data) for word, named, data in blocks if word in COPIED]
+    text = "".join("\n".join([line, *data, ""]) for line, data in copied)
+    text += "".join(f"*NSET, NSET={name}\n{lines_of(sorted(sets[name]))}" for name in sets)
     for kind in sorted({elements[label][0] for label in kept}):
         text += f"*ELEMENT, TYPE={kind}, ELSET=EALL\n"
         for label in sorted(kept):
             if elements[label][0] == kind:
                 text += lines_of([label, *elements[label][1]], goes_on=True)
-    for number, (keyword, named, line, data) in enumerate(blocks):
-        if keyword == "SOLID SECTION" and (mine := elsets[named["ELSET"]] & kept):
+    alone = set(kept)
+    for number, (keyword, named, data) in enumerate(blocks):
+        if keyword != "SOLID SECTION":
+            continue
+        whole = picked(elsets, named.get("ELSET", ""), "element set of a *SOLID SECTION:")
+        if mine := whole & kept:
+            alone -= mine
             text += f"*ELSET, ELSET=OF_{number}\n{lines_of(sorted(mine))}"
-            rest = [word for word in line.split(",")[1:] if "ELSET" not in word.upper()]
-            text += "\n".join([",".join([f"*SOLID SECTION, ELSET=OF_{number}", *rest]), *data, ""])
+            text += "\n".join([line_of(keyword, named | {"ELSET": f"OF_{number}"}), *data, ""])
+    if alone:
+        raise SystemExit(f"element {min(alone)} has no *SOLID SECTION, so no material")
     return text
+
+
+def line_of(word, named):
+    """The line of a keyword with its options."""
+    return ", ".join([f"*{word}", *(f"{k}={value}" if value else k for k, value in named.items())])
 
 
 def lines_of(numbers, goes_on=False):

@@ -101,12 +101,12 @@ PY
 }
 
 build_h5py() {  # $1: folder for the wheel
-    local config
-    say "building h5py $H5PY_VERSION against parallel HDF5 (about a minute and a half, once)"
+    local config source
+    say "building h5py $H5PY_VERSION against parallel HDF5 (about a minute, once)"
     # Its build must use the mpi4py installed here: in isolation it would compile another one,
     # which takes tens of gigabytes of memory. pip's own cache ignores HDF5_MPI and is not used.
-    pip install 'Cython>=3,<4' pkgconfig packaging wheel
     config=$(mktemp)
+    source=$(mktemp -d)
     printf '[build_ext]\nparallel = 4\n' >"$config"
     export HDF5_MPI=ON CC="$MPICC" H5PY_SETUP_REQUIRES=0 CFLAGS="-O1 -g0" DIST_EXTRA_CONFIG="$config"
     if [ -n "$HDF5_DIR" ]; then
@@ -115,9 +115,11 @@ build_h5py() {  # $1: folder for the wheel
         unset HDF5_DIR
         export HDF5_PKGCONFIG_NAME="$HDF5_PKG"
     fi
-    pip wheel --no-cache-dir --no-deps --no-binary=h5py --no-build-isolation \
-        --wheel-dir "$1" "h5py==$H5PY_VERSION"
-    rm -f "$config"
+    pip download --no-deps --no-binary=h5py --no-build-isolation --dest "$source" \
+        "h5py==$H5PY_VERSION"
+    logged tar -x -f "$source"/h5py-*.tar.gz -C "$source" --strip-components=1
+    logged "$VENV_PYTHON" tools/build_h5py.py "$source" "$1"
+    rm -rf "$config" "$source"
 }
 
 install_h5py() {
@@ -129,29 +131,55 @@ install_h5py() {
         return
     fi
     folder=${XDG_CACHE_HOME:-$HOME/.cache}/hpcrub/wheels/h5py-$H5PY_VERSION-$key
-    pip install numpy 'mpi4py>=4.0.1' 'setuptools>=77.0.1'
     if ! ls "$folder"/h5py-*.whl >/dev/null 2>&1; then
         mkdir -p "$folder"
         part=$(mktemp -d "$folder.part-XXXXXX")  # of its own: two set-ups may build at once
         echo "$made_with" >"$part/made-with.txt"
-        (build_h5py "$part") || { rm -rf "$part"; return 1; }
+        (build_h5py "$part") || { rm -rf "$part"; wait "$OTHERS" || true; return 1; }
         mv -f "$part"/* "$folder"  # each file whole or not at all, also while another one reads it
         rmdir "$part"
     else
         say "using the h5py wheel in $folder"
     fi
-    pip install --force-reinstall --no-deps "$folder"/h5py-*.whl
+    wait "$OTHERS" || die "the other packages could not be installed"
+    pip install --no-compile --force-reinstall --no-deps "$folder"/h5py-*.whl
     has_parallel_h5py || die "h5py was built but does not load with MPI: $(
         "$VENV_PYTHON" -c 'import h5py; print("mpi is", h5py.get_config().mpi)' 2>&1 | tail -n 1)"
     echo "$key" >.venv/h5py-key
 }
 
+# --- the other packages -----------------------------------------------------------------------
+
+other_packages() {  # all but h5py, of which pip would install one without MPI, and what needs it
+    "$VENV_PYTHON" - mpi dev <<'PY'
+import re, sys, tomllib
+project = tomllib.load(open("pyproject.toml", "rb"))["project"]
+extras, todo = project["optional-dependencies"], list(sys.argv[1:])
+lines = list(project["dependencies"])
+while todo:
+    for line in extras[todo.pop()]:
+        own = re.fullmatch(r"hpcrub\[(.*)\]", line)
+        todo += own[1].split(",") if own else []
+        lines += [] if own else [line]
+print("\n".join(line for line in lines if not line.startswith(("h5py", "h5netcdf"))))
+PY
+}
+
 start=$SECONDS
 install_missing
 make_venv
+# First what the build of h5py needs, with numba, which may ask for another numpy. The others are
+# installed while h5py is built. Nothing is compiled but what is imported, at the end.
+pip install --no-compile numpy numba 'mpi4py>=4.0.1' 'setuptools>=77.0.1' 'Cython>=3,<4' pkgconfig \
+    packaging
+other_packages >.venv/others.txt
+(LOG=.venv/setup-others.log; pip install --no-compile --requirement .venv/others.txt) &
+OTHERS=$!
 install_h5py
-pip install 'setuptools>=77.0.1'
-pip install --no-build-isolation --editable '.[mpi,dev]'
+wait "$OTHERS" || die "the other packages could not be installed"
+pip install --no-compile --no-build-isolation --editable '.[mpi,dev]'
 has_parallel_h5py || die "h5py lost its parallel HDF5 to another package; see $LOG"
+logged env -u PYTHONDONTWRITEBYTECODE "$VENV_PYTHON" -c \
+    'import hpcrub.commands.run, hpcrub.commands.report, hpcrub.plot'
 touch .venv/set-up
 say "ready after $((SECONDS - start)) s: h5py $H5PY_VERSION with parallel HDF5 in .venv"

@@ -13,7 +13,7 @@ from hpcrub.model import crossings, families
 from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced, stress
 from hpcrub.model.imported.arrays import Arrays
 from hpcrub.model.imported.frames import about_z
-from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
+from hpcrub.model.imported.readers import abaqus, ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import Lists, whole
 from hpcrub.ranks.progress import say
 from hpcrub.results import model_file, tables
@@ -21,16 +21,18 @@ from hpcrub.results import model_file, tables
 HALF_RANGE, DAMPING = 0.01, 0.005  # mistuning and damping in the sentence on coupling
 LEAN = 1e-3  # lift by friction, below which blades count as straight: they move neither in nor out
 PER_TIP = 1e-2, 1e6  # [MPa/mm] a stress of a first family outside comes from wrong units
+RISES = 0.02, 20.0  # of a frequency's square over that of the speed; others come from wrong speeds
 BETWEEN = 1.0  # [%] error of a frequency between the speeds of --stiffness that gives a warning
 
 SOURCES = {
     "calculix": "deck NAME.inp beside NAME.sti, NAME.mas and NAME.dof",
     "ansys": "NAME.full of the disk at rest",
-    "nastran": "text OP4 file with KGG and MGG",
-    "matrixmarket": "a folder with M.mtx, K.mtx and CSV lists",
+    "nastran": "OP4 file with KGG and MGG, text or binary",
+    "abaqus": "deck NAME.inp beside NAME_STIF1.mtx and NAME_MASS1.mtx, of *MATRIX GENERATE",
+    "matrixmarket": "a folder with M.mtx, K.mtx (or .hb, Harwell-Boeing) and CSV lists",
     "model": "a model file: check it, reduce it",
 }
-DECKS = "calculix", "ansys", "nastran"
+DECKS = "calculix", "ansys", "nastran", "abaqus"
 OPTIONS: tuple[tuple[Iterable[str], str, dict[str, Any]], ...] = (  # formats that have it, option
     (["ansys", "nastran"], "--mesh", {
         "required": True, "metavar": "FILE",
@@ -140,6 +142,8 @@ def _arrays(options: Any) -> Any:
         if options.stress and not options.low:
             raise InputError("--stress: goes with one sector (--low, --high, --sectors)")
         return calculix.read(options.source, lists, *others, options.stress)
+    if options.format == "abaqus":
+        return abaqus.read(options.source, lists, *others)
     module = {"ansys": ansys, "nastran": nastran}[options.format]
     return module.read(options.source, options.mesh, lists, *others)
 
@@ -230,7 +234,7 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
     facts = checks.check(model)
     per_blade = np.bincount(model.contact_blade)
     yield (
-        f"{model.kind}: {len(model.dof):,} dof, {model.n_blades} blades, "
+        f"{model.kind}: {len(model.dof):,} dof, {counted(model.n_blades, 'blade')}, "
         f"{per_blade.min()} to {per_blade.max()} contact nodes each, "
         f"tip radius {1e3 * facts.tip_radius:.6g} mm (to {1e3 * facts.tip_gap:.2g} mm below it)"
     )
@@ -240,6 +244,8 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
             f"rigid motions: leave {facts.rigid_residual:.1e} of a row's entries (median); "
             f"{facts.loaded_rows} rows feel supports"
         )
+    if len(model.fixed):
+        yield f"held: {len(model.fixed):,} of the rows (fixed)"
     if model.kind == "sector":
         *_, error = assembly.pair_sides(model.nodes, model.low, model.high, model.n_sectors)
         yield f"sides: {len(model.low)} nodes each, pairs miss by at most {1e3 * error:.2g} mm"
@@ -276,12 +282,22 @@ def _of_tips(model: Any, options: Any) -> str:
 
 
 def _between_speeds(model: Any) -> Iterator[str]:
-    """Warn where interpolating the matrices between speeds gives wrong frequencies."""
-    error = 100 * cyclic.error_between(model, 2 * np.pi * model.speeds)
+    """Warn of matrices of three speeds that cannot be right, or are wrong between them."""
+    found = cyclic.between_speeds(model, 2 * np.pi * model.speeds)
+    error = 100 * found.error
     if abs(error) > BETWEEN:
         yield (
             f"warning: between the speeds of --stiffness the first frequency is off by {error:+.2g}"
             " %: blades turn by too much from one to the next; take the matrices of one speed alone"
+        )
+    if not RISES[0] <= found.rises.min() <= found.rises.max() <= RISES[1]:
+        low, middle, high = np.sort(model.speeds)
+        first, second = found.rises
+        yield (
+            f"warning: the first frequency's square rises by {first:.2g} of that of the speed from "
+            f"{low:g} to {middle:g} Hz and by {second:.2g} from {middle:g} to {high:g} Hz; "
+            f"{RISES[0]:g} to {RISES[1]:g} is usual: are the speeds of --stiffness in Hz, and each "
+            "of its own file?"
         )
 
 

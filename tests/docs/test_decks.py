@@ -82,6 +82,49 @@ def test_a_set_that_is_not_there_is_named(mesh):
         decks.main(["fan.inp", *NAMES[:2], "--fixed", "RIM", *NAMES[4:]])
 
 
+LOST = "would be lost; take it out if"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", rf"fan\.inp: \*EQUATION {LOST}"),
+        ("*MASS, ELSET=A\n1e-3\n", rf"\*MASS {LOST}"),
+        ("*SHELL SECTION, ELSET=A\n2.\n", rf"\*SHELL SECTION {LOST}"),
+        ("*TRANSFORM, NSET=LOW, TYPE=C\n0, 0, 0, 0, 0, 1\n", rf"\*TRANSFORM {LOST}"),
+        ("*SYSTEM\n1, 0, 0\n", rf"\*SYSTEM {LOST}"),
+        ("*NODE, SYSTEM=C\n999, 1, 30, 0\n", rf"\*NODE, SYSTEM {LOST}"),
+        ("*INSTANCE, NAME=A\n1., 0., 0.\n*END INSTANCE\n", rf"\*INSTANCE {LOST}"),
+        ("*ELEMENT, TYPE=S4, ELSET=SKIN\n999, 1, 2, 3, 4\n", r"element 999 has no \*SOLID SECT"),
+        ("*SOLID SECTION, ELSET=NONE, MATERIAL=TI\n", r"set of a \*SOLID SECTION: NONE; there are"),
+        ("*ELSET, ELSET=A\nLEAVES\n", "no set that another set names LEAVES; there are"),
+        ("*NSET, NSET=A, ELSET=BLADE\n", r"\*NSET, ELSET=BLADE is not read; list the nodes"),
+    ],
+)
+def test_no_part_of_a_model_is_lost_without_a_word(mesh, text, words):
+    """They were dropped, or ended in a traceback."""
+    deck = Path("fan.inp").read_text()
+    Path("fan.inp").write_text(deck.replace("*BOUNDARY", text + "*BOUNDARY"))
+    with pytest.raises(SystemExit, match=words):
+        decks.main(["fan.inp", *NAMES])
+
+
+def test_names_in_quotes_and_what_is_left_out(mesh, capsys):
+    """As Abaqus/CAE writes them, with blanks, which CalculiX does not read."""
+    deck = Path("fan.inp").read_text().replace("NAME=TI", 'NAME="My Titanium"')
+    deck = deck.replace("MATERIAL=TI", 'material="My Titanium"').replace("=BLADE", '="The Blade"')
+    deck = deck.replace("DISK, BLADE", 'DISK, "The Blade"').replace("*NODE\n", "*Node, nset=All\n")
+    Path("fan.inp").write_text(deck.replace("*DENSITY", "*CONDUCTIVITY\n7.\n*DENSITY"))
+    decks.main(["fan.inp", "--blade", "the blade", *NAMES[2:]])
+    assert "left out: *HEADING, *CONDUCTIVITY, *BOUNDARY, and all steps" in capsys.readouterr().out
+    text = Path("sector.inp").read_text()
+    assert text.count("MY_TITANIUM") == 2
+    assert '"' not in text
+    blade = reader.read("blade_alone.inp")
+    assert {label for _, label, _ in blade.elements} == set(mesh.blade_elements + 1)
+    np.testing.assert_array_equal(blade.sets["ALL"], np.arange(1, 1 + len(mesh.nodes)))
+
+
 @pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX is not installed")
 def test_calculix_runs_them_and_the_import_reads_them(mesh, capsys):
     """Rotation stiffens the blades, by a few hertz at a speed far below the frequency."""

@@ -60,9 +60,16 @@ def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
     rows = np.full((model.n_sectors, len(model.dof)), -1)
     rows[:, own] = sector * len(own) + np.arange(len(own))
     origin = table[partner[model.dof[shared, 0]], model.dof[shared, 1]]
-    if (origin < 0).any():
-        node = model.dof[shared, 0][origin < 0][0]
-        raise InputError(f"high: node {node} has a row that its partner on the low side lacks")
+    of_low = (model.dof[:, 1] > 0) & np.isin(model.dof[:, 0], low)
+    alone = [*np.flatnonzero(shared)[origin < 0], *np.setdiff1d(np.flatnonzero(of_low), origin)]
+    if alone:
+        node, direction = model.dof[alone[0]]
+        x, y, z = 1e3 * model.nodes[node]
+        raise InputError(
+            f"low, high: the node at {x:.6g}, {y:.6g}, {z:.6g} mm has a row in direction "
+            f"{direction} that its partner on the other side lacks; the matrices must be those of "
+            "the free sector, without cyclic constraints, which take the rows of one side away"
+        )
     rows[:, shared] = np.roll(rows, -1, axis=0)[:, origin]
     return rows, own
 

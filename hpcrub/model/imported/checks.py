@@ -13,6 +13,7 @@ FREQUENCIES = 0.1, 1e6  # [Hz] a first frequency outside comes from wrong units
 TIP_RADII = 1e-3, 20.0  # [m]
 HEAVIEST = 3e4  # [kg/m3] mass over the volume of the space that the disk sweeps
 RIGID = 1e-3  # residual of a row, as a share of its entries, above which it is unbalanced
+UNFELT = 1e-12  # of the usual (median) entries of a row: what is below is rounding
 UNBALANCED = 0.5  # share of unbalanced rows above which K is no stiffness of a body
 CLEARANCE = 0.1  # of the tip radius; a larger clearance comes from wrong units
 BLADES = 100.0  # times K, above which an entry of K_blade cannot be a part of it
@@ -125,7 +126,8 @@ def rigid_motions(model: NeutralModel) -> np.ndarray:
 def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
     """Unbalanced share of every row (n,): largest |K r| / |K| |r| in the rigid motions r (n, 6)."""
     force, size = np.abs(K @ rigid), abs(K) @ np.abs(rigid)
-    size = np.where(size > 1e-12 * size.max(axis=0), size, np.inf)
+    usual = [np.median(column[column > 0.0]) if column.any() else 0.0 for column in size.T]
+    size = np.where(size > UNFELT * np.array(usual), size, np.inf)
     return (force / size).max(axis=1)
 
 

@@ -1,10 +1,10 @@
 """Natural frequencies by nodal diameter, of one sector, of a whole disk or of a reduced model.
 
-`error_between` tests whether matrices at three speeds describe the stiffness between them.
+`between_speeds` tests whether matrices at three speeds describe the stiffness between them.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -185,16 +185,22 @@ def tuned_diameters(reduced: ReducedModel) -> np.ndarray:
     return diameters_of(np.array(rows) @ reduced.tuned_modes, face.blade, face.angle)
 
 
-def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
-    """Relative error of the first frequency half-way between the speeds of a model's matrices.
+class BetweenSpeeds(NamedTuple):
+    """What the first family says of matrices at three speeds, see `between_speeds`."""
+
+    error: float  # larger relative error of the frequency half-way between two speeds
+    rises: np.ndarray  # (2,) of its square between them, as shares of that of the speed
+
+
+def between_speeds(model: NeutralModel, speeds: np.ndarray) -> BetweenSpeeds:
+    """Look at the first frequency at, and half-way between, the speeds of a model's matrices.
 
     Rotation changes the square of a frequency smoothly with the square of the speed. Where blades
     turn by degrees, the entries of the matrices change less smoothly: a parabola through each entry
-    then describes no real blade.
+    then describes no real blade. The parabola through the squares of the frequencies judges it.
 
     model: of kind "sector" or "disk", with stiffness fitted through three speeds.
     speeds: (3,) of the matrices, one of them 0 [rad/s].
-    Returns the larger error, judged by the parabola through the squares of the frequencies.
     """
     square = np.sort(speeds) ** 2
     middles = (square[1:] + square[:-1]) / 2
@@ -206,4 +212,5 @@ def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
         first = [frequencies(disk, 1, s)[0] for s in places]
     parabola = np.polyfit(square / square[-1], np.square(first[:3]), 2)
     errors = np.array(first[3:]) / np.sqrt(np.polyval(parabola, middles / square[-1])) - 1.0
-    return float(errors[np.abs(errors).argmax()])
+    rises = np.diff(np.square(np.multiply(2 * np.pi, first[:3]))) / np.diff(square)
+    return BetweenSpeeds(float(errors[np.abs(errors).argmax()]), rises)

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.model.imported.neutral import NeutralModel, row_table
+from hpcrub.errors import InputError
+from hpcrub.model.imported.neutral import NONE, NeutralModel, row_table
 
 PARTNER = np.array([0, 2, 1, 0, 5, 4, 0])  # direction that turns with each about z; 0: none
 
@@ -29,11 +30,13 @@ def to_cartesian(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
 def to_cylindrical(model: NeutralModel) -> NeutralModel:
     """Turn the rows of a NeutralModel into the cylindrical frames of their nodes.
 
-    Rows stay as they are where a node has no place or lacks one direction of a pair.
+    Rows stay as they are where a node has no place, or lacks or holds one direction of a pair only.
+    Raises InputError for such a node on a side of a sector, whose directions must turn with it.
     """
     if model.frame == "cylindrical":
         return model
-    T = turn(model.dof, model.nodes)
+    T = turn(model.dof, model.nodes, model.fixed)
+    _check_sides(model)
 
     def turned(matrix: Any) -> Any:
         if matrix is None or matrix.ndim == 2:
@@ -51,10 +54,13 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
     )
 
 
-def turn(dof: np.ndarray, nodes: np.ndarray) -> sp.csr_array:
-    """Matrix from cylindrical to Cartesian displacements of all rows, (n, n) sparse."""
+def turn(dof: np.ndarray, nodes: np.ndarray, fixed: np.ndarray = NONE) -> sp.csr_array:
+    """Matrix from cylindrical to Cartesian displacements of all rows, (n, n) sparse.
+
+    fixed: held rows; a pair of which one only is held is not turned.
+    """
     node, direction = dof.T
-    partner = row_table(dof, len(nodes))[node, PARTNER[direction]]
+    partner = _partners(dof, len(nodes), fixed)
     angle, every = node_angle(nodes)[node], np.arange(len(dof))
     turns = (partner >= 0) & np.isfinite(angle)
     along = np.where(turns, np.cos(angle), 1.0)
@@ -62,6 +68,25 @@ def turn(dof: np.ndarray, nodes: np.ndarray) -> sp.csr_array:
     rows = np.concatenate([every, every[turns]])
     columns = np.concatenate([every, partner[turns]])
     return sp.csr_array((np.concatenate([along, across[turns]]), (rows, columns)))
+
+
+def _partners(dof: Any, n_nodes: int, fixed: Any) -> Any:
+    """Row that turns with each about z (n,); -1 for none, and where one only of both is held."""
+    partner = row_table(dof, n_nodes)[dof[:, 0], PARTNER[dof[:, 1]]]
+    held = np.isin(np.arange(len(dof)), fixed)
+    return np.where(held == held[partner], partner, -1)
+
+
+def _check_sides(model: Any) -> None:
+    alone = (PARTNER[model.dof[:, 1]] > 0) & (
+        _partners(model.dof, len(model.nodes), model.fixed) < 0
+    )
+    for node in set(model.dof[alone, 0].tolist()) & {*model.low.tolist(), *model.high.tolist()}:
+        x, y, z = 1e3 * model.nodes[node]
+        raise InputError(
+            f"low, high: the node at {x:.6g}, {y:.6g}, {z:.6g} mm is held in one of x and y only, "
+            "which is another direction on the other side; hold both, or neither"
+        )
 
 
 def about_z(arrays: dict, axis: str) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
+from hpcrub.model.imported import supports
 from hpcrub.model.imported.arrays import Arrays, stored, symmetric
 
 VERSION = 1
@@ -121,6 +122,10 @@ def from_arrays(arrays: dict) -> NeutralModel:
     nodes = left.floats("nodes", 3) * length * flip
     _check_dof(dof, len(nodes))
     stiffness, speeds = _stiffness(left, n, time)
+    fixed = left.integers("fixed", default=NONE)
+    if kind != "reduced" and len(held := supports.held_rows(stiffness[0])):
+        stiffness = tuple(supports.without(k, held) for k in stiffness)
+        fixed = np.union1d(fixed, held)
     scale = np.where(np.isin(dof[:, 1], ROTATIONS), 1.0, 1.0 / length)
     scale *= np.where(dof[:, 1] > 0, flip[(dof[:, 1] - 1) % 3], 1.0)
     work = mass * (length / time) ** 2  # the file's unit of work [J]
@@ -141,7 +146,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         contact_blade=left.integers("contact_blade", default=zeros.astype(int)),
         contact_clearance=left.floats("contact_clearance", default=zeros) * length,
         contact_normal=_unit_normals(left.floats("contact_normal", 3, default=radial) * flip),
-        fixed=left.integers("fixed", default=NONE),
+        fixed=fixed,
         low=left.integers("low", default=NONE),
         high=left.integers("high", default=NONE),
         n_sectors=left.number("n_sectors", default=0),

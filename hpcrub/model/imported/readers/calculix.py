@@ -13,6 +13,7 @@ from hpcrub.errors import InputError, reading
 from hpcrub.model.imported import stress as recovery
 from hpcrub.model.imported.readers import deck as decks
 from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of, places, store, whole
+from hpcrub.model.imported.readers.text import content, existing
 
 INCOMPATIBLE = "C3D8I"  # elements with three inner nodes each, numbered after all others
 INNER = 3
@@ -38,6 +39,11 @@ def read(
     Raises InputError: a file or a set is missing or cannot be read.
     """
     deck = decks.read(path)
+    if "CYCLIC SYMMETRY MODEL" in deck.keywords:
+        raise InputError(
+            f"{path}: *CYCLIC SYMMETRY MODEL takes the rows of one side out of the matrices; leave "
+            "it and its *TIE out of the job that stores them"
+        )
     mesh = Mesh(
         deck.node,
         deck.place,
@@ -59,15 +65,14 @@ def read(
 
 def job_matrix(path: str | Path, kind: str) -> Rows:
     """Read the stiffness ("sti") or mass ("mas") of the deck NAME.inp. Raises InputError."""
-    name, rows = (Path(path).with_suffix(f".{ending}") for ending in (kind, "dof"))
+    name, rows = (existing(Path(path).with_suffix(f".{ending}")) for ending in (kind, "dof"))
     for file in (rows, name):
         if not file.exists():
             raise InputError(
                 f"{file}: there is no such file; ccx writes it in a step *FREQUENCY, "
                 "SOLVER=MATRIXSTORAGE"
             )
-    with reading(rows):
-        words = rows.read_text("ascii").split()
+    words = content(rows).split()
     with reading(name):
         dof = np.array([word.split(".") for word in words], dtype=np.int64).reshape(-1, 2)
         i, j, value = np.loadtxt(name, unpack=True, ndmin=2)
@@ -100,7 +105,7 @@ def _printed(path: Any, elements: Any, number: Any) -> Iterator[Any]:
     elements: {label: node numbers}; number: of all nodes of the model, increasing.
     """
     with reading(path):
-        text = Path(path).read_text("ascii", errors="replace")
+        text = content(path)
         rows = "".join(EIGENVALUES.findall(text)).splitlines()
         eigenvalues = np.array([float(row.split()[1]) for row in rows if row.strip()])
         modes = list(_modes(text.splitlines()))

@@ -1,5 +1,6 @@
 """Nodes, elements and node sets of keyword decks, as CalculiX and Abaqus read them."""
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,8 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.errors import InputError, reading
+from hpcrub.errors import InputError
+from hpcrub.model.imported.readers.text import content
 
+FLAT = (
+    "write the deck flat, with all nodes in x, y, z (Abaqus/CAE: Model, Edit attributes, Do not "
+    "use parts and assemblies in input files)"
+)
+UNREAD = "SYSTEM", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"  # make nodes and elements
+INPUT = re.compile(
+    r"\*(INCLUDE|NODE|NSET|ELEMENT)\s*(,.*)?,\s*INPUT\s*=([^,]*)(,.*)?", re.IGNORECASE
+)
 MOST_NUMBERS = 10_000_000  # numbers that a line of a set may generate
 
 
@@ -19,6 +29,8 @@ class Deck(NamedTuple):
     place: np.ndarray  # (n, 3) coordinates
     sets: dict  # {name: node numbers}
     elements: list  # (type, label, corner numbers) in the order of the deck
+    keywords: set  # all that stand in it
+    transforms: list  # (node numbers, "R" or "C", two points (2, 3)) of *TRANSFORM, see Abaqus
 
 
 def read(path: str | Path) -> Deck:
@@ -26,7 +38,10 @@ def read(path: str | Path) -> Deck:
     nodes: dict = {}
     sets: dict = defaultdict(set)
     elements: list = []
+    transforms, keywords = [], []
     for keyword, options, lines in _blocks(Path(path)):
+        keywords.append(keyword)
+        _require_flat(path, keyword, options, lines)
         try:
             if keyword == "NODE":
                 new = _nodes(lines)
@@ -36,13 +51,35 @@ def read(path: str | Path) -> Deck:
                 sets[options.get("NSET")].update(_set(lines, sets, "GENERATE" in options))
             elif keyword == "ELEMENT":
                 elements += _elements(options.get("TYPE", ""), lines)
-        except (ValueError, IndexError):
+            elif keyword == "TRANSFORM":
+                points = [float(word) for word in ",".join(lines).split(",") if word.strip()]
+                kind = options.get("TYPE", "R")
+                transforms.append((options["NSET"], kind, np.reshape(points, (2, 3))))
+        except (KeyError, ValueError, IndexError):
             raise InputError(f"{path}: *{keyword} holds a line that cannot be read") from None
     if not nodes:
         raise InputError(f"{path}: no nodes (*NODE)")
+    if lost := [word for word in ("PART", "INSTANCE") if keywords.count(word) > 1]:
+        raise InputError(f"{path}: more than one *{lost[0]}, whose numbers repeat; {FLAT}")
     number = np.array(sorted(nodes), dtype=np.int64)
     unique = {name: np.array(sorted(numbers)) for name, numbers in sets.items() if name}
-    return Deck(number, np.array([nodes[k] for k in number]), unique, elements)
+    turned = [(listed(unique, name, f"{path}: *TRANSFORM of the set"), *how)
+              for name, *how in transforms]  # fmt: skip
+    return Deck(
+        number, np.array([nodes[k] for k in number]), unique, elements, set(keywords), turned
+    )
+
+
+def _require_flat(path: Any, keyword: str, options: Any, lines: Any) -> None:
+    """Refuse what would move or make nodes and elements that this reader does not know."""
+    if keyword in UNREAD or (keyword == "INSTANCE" and lines):
+        raise InputError(f"{path}: *{keyword} is not read; {FLAT}")
+    if keyword == "NODE" and options.get("SYSTEM", "R") != "R":
+        raise InputError(f"{path}: *NODE, SYSTEM={options['SYSTEM']} is not read; {FLAT}")
+    if keyword == "NSET" and "ELSET" in options:
+        raise InputError(f"{path}: *NSET, ELSET={options['ELSET']} is not read; list the nodes")
+    if keyword == "TRANSFORM" and options.get("TYPE", "R") not in ("R", "C"):
+        raise InputError(f"{path}: *TRANSFORM, TYPE={options['TYPE']} is not read; take R or C")
 
 
 def listed(lists: dict, name: str, what: str) -> np.ndarray:
@@ -68,18 +105,23 @@ def _blocks(path: Any) -> Iterator[Any]:
         words = [word.strip() for word in line[1:].split(",")]
         keyword, lines = words[0].upper(), []
         pairs = (word.partition("=") for word in words[1:])
-        options = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
+        options = {key.strip().upper(): _name(value) for key, _, value in pairs}
+
+
+def _name(text: str) -> str:
+    """Name in capitals; quotes, in which Abaqus keeps small letters, are left out."""
+    return text.strip().strip('"').strip().upper()
 
 
 def _lines(path: Any, outer: Any = ()) -> Iterator[Any]:
     if path in outer:
         raise InputError(f"{path}: includes itself")
-    with reading(path):
-        text = path.read_text("utf-8", errors="replace")
-    for line in map(str.strip, text.splitlines()):
-        if line.upper().startswith("*INCLUDE"):
-            name = line.partition("=")[2].strip().strip('"')
-            yield from _lines(path.parent / name, (*outer, path))
+    for line in map(str.strip, content(path).splitlines()):
+        if match := INPUT.fullmatch(line):
+            keyword, before, name, after = match.groups()
+            if keyword.upper() != "INCLUDE":  # a file with the lines of this block
+                yield f"*{keyword}{before or ''}{after or ''}"
+            yield from _lines(path.parent / name.strip().strip('"'), (*outer, path))
         elif line and not line.startswith("**"):
             yield line
 
@@ -98,7 +140,7 @@ def _set(lines: Any, sets: Any, generate: Any) -> Any:
         if any(row[MOST_NUMBERS:] for row in numbers):
             raise ValueError  # a typing error: so many nodes would fill the memory
         return set().union(*numbers)
-    return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))
+    return set().union(*(sets.get(_name(word)) or [int(word)] for word in set(words)))
 
 
 def _elements(kind: Any, lines: Any) -> Any:

@@ -8,9 +8,12 @@ import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
 from hpcrub.model.imported.neutral import AT_SPEEDS, POLYNOMIAL
+from hpcrub.model.imported.readers import harwell_boeing
 from hpcrub.model.imported.readers.rows import places, store, whole
+from hpcrub.model.imported.readers.text import content, existing, numbers, table
 
 MATRICES = "K", "M", *POLYNOMIAL, *AT_SPEEDS, "K_blade"
+ENDINGS = ".hb", ".mtx"  # the last one counts where both are there
 
 
 def read(folder: str | Path, n_sectors: int = 0) -> dict:
@@ -24,15 +27,15 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     Raises InputError: a file is missing or cannot be read.
     """
     folder = Path(folder)
-    nodes = _table(folder / "nodes.csv", 4)
+    nodes = table(folder / "nodes.csv", 4)
     nodes = nodes[np.argsort(nodes[:, 0])]
     number = whole(nodes[:, 0], "nodes.csv")
     if len(twice := number[1:][np.diff(number) == 0]):
         raise InputError(f"nodes.csv: node {twice[0]} stands there twice")
-    dof = whole(_table(folder / "dof.csv", 2), "dof.csv")
+    dof = whole(table(folder / "dof.csv", 2), "dof.csv")
     placed = dof[:, 1] > 0  # rows of direction 0 belong to no node
     place = places(np.where(placed, dof[:, 0], number[0]), number, "dof.csv")
-    contact = _table(folder / "contact.csv")
+    contact = _of_width(folder / "contact.csv", 3)
     arrays = {
         "hpcrub_model": np.array(1),
         "kind": np.array("sector" if n_sectors else "disk"),
@@ -44,17 +47,18 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
         arrays["contact_blade"] = whole(contact[:, 1], "contact.csv")
     if contact.shape[1] > 2:
         arrays["contact_clearance"] = contact[:, 2]
-    for name in MATRICES:
-        if (path := folder / f"{name}.mtx").exists() or name == "M":
-            store(arrays, name, matrix(path, len(dof)))
+    for name, path in _matrices(folder).items():
+        store(arrays, name, matrix(path, len(dof)))
     if n_sectors:
         arrays["n_sectors"] = np.array(n_sectors)
         for name in ("low", "high"):
-            arrays[name] = places(_table(folder / f"{name}.csv")[:, 0], number, f"{name}.csv")
-    if (folder / "fixed.csv").exists():
-        arrays["fixed"] = _fixed(whole(_table(folder / "fixed.csv"), "fixed.csv"), dof)
-    if (folder / "speeds_hz.csv").exists():
-        arrays["speeds_hz"] = _table(folder / "speeds_hz.csv").ravel()
+            arrays[name] = places(numbers(folder / f"{name}.csv"), number, f"{name}.csv")
+    if existing(folder / "fixed.csv").exists():
+        held = whole(_of_width(folder / "fixed.csv", 2), "fixed.csv")
+        places(held[:, 0], number, "fixed.csv")  # refuses unknown nodes
+        arrays["fixed"] = _fixed(held, dof)
+    if existing(folder / "speeds_hz.csv").exists():
+        arrays["speeds_hz"] = numbers(folder / "speeds_hz.csv")
     return arrays
 
 
@@ -65,16 +69,40 @@ def _fixed(held: Any, dof: Any) -> Any:
     return np.flatnonzero(np.isin(dof @ [1, 1j], held[:, :2] @ [1, 1j]))  # pairs, as one number
 
 
+def _matrices(folder: Path) -> dict[str, Path]:
+    """Files of the matrices in a folder. Raises InputError without a mass or a stiffness."""
+    files = ((name, existing(folder / f"{name}{end}")) for name in MATRICES for end in ENDINGS)
+    there = {name: path for name, path in files if path.exists()}
+    for names in (("M",), ("K", POLYNOMIAL[0], AT_SPEEDS[0])):
+        if not set(names) & set(there):
+            wanted = " or ".join(f"{name}.mtx" for name in names)
+            others = ", ".join(sorted(path.name for path in folder.iterdir()))
+            raise InputError(
+                f"{folder}: there is no {wanted}, a matrix of MatrixMarket (or .hb, of "
+                f"Harwell-Boeing); there are {others}"
+            )
+    return there
+
+
+def _of_width(path: Path, most: int) -> np.ndarray:
+    values = table(path)
+    if values.shape[1] > most:
+        raise InputError(f"{path}: {values.shape[1]} numbers in a line, {most} at most expected")
+    return values
+
+
 def matrix(path: Path, n: int) -> sp.csr_array:
-    """Read a real matrix (n, n) from a MatrixMarket file, with exponents of C or Fortran (D).
+    """Read a real matrix (n, n) of MatrixMarket or Harwell-Boeing, with exponents of C or Fortran.
 
     It replaces SciPy's reader, which crashes on a truncated file. Raises InputError.
     """
     with reading(path):
-        text = path.read_text("ascii").upper()
-        if not text.endswith("\n"):
-            raise ValueError("it ends in the middle of a line; was it cut off?")
+        text = content(path).upper()
+        if harwell_boeing.is_one(text):
+            return _square(harwell_boeing.matrix(text), n)
         head, *lines = text.splitlines()
+        if not head.startswith("%%MATRIXMARKET"):
+            raise InputError(f"{path}: {_other_form(head)}")
         size, *lines = (line for line in lines if line.strip() and not line.startswith("%"))
         kind, field, symmetry = head.split()[2:]
         symmetric = symmetry == "SYMMETRIC"
@@ -84,6 +112,8 @@ def matrix(path: Path, n: int) -> sp.csr_array:
         wanted = (n, n, len(lines)) if sparse else (n, n)
         if tuple(map(int, size.split())) != wanted or not (sparse or len(lines) == n_dense):
             raise ValueError(f"{size} in its head, but {n} rows of dof.csv and {len(lines)} lines")
+        if not text.endswith("\n"):
+            _require_end(lines)
         values = np.loadtxt([line.replace("D", "E") for line in lines], ndmin=2)
         if sparse:
             i, j = whole(values[:, :2], str(path)).T - 1
@@ -93,12 +123,26 @@ def matrix(path: Path, n: int) -> sp.csr_array:
         return stored + sp.triu(stored.T, 1) if symmetric else stored
 
 
-def _table(path: Any, columns: Any = 0) -> Any:
-    """Numbers of a CSV file (lines, columns); a first line of names is skipped."""
-    with reading(path):
-        lines = path.read_text("utf-8-sig").splitlines()
-        has_names = bool(lines) and lines[0].lstrip()[:1].isalpha()
-        table = np.loadtxt(lines[has_names:], delimiter=",", ndmin=2)
-    if not len(table) or (columns and table.shape[1] != columns):
-        raise InputError(f"{path}: {columns or 'some'} numbers per line are expected")
-    return table
+def _square(found: sp.csr_array, n: int) -> sp.csr_array:
+    if found.shape != (n, n):
+        raise ValueError(f"{found.shape[0]} x {found.shape[1]}, but {n} rows of dof.csv")
+    return found
+
+
+def _require_end(lines: list[str]) -> None:
+    """Refuse a last line that may have been cut off: its number is shorter than another one."""
+    lengths = [len(line.split()[-1].lstrip("-+")) for line in lines]
+    if lengths and lengths[-1] < max(lengths):
+        raise ValueError(
+            "it ends in the middle of a line; was it cut off? If not, add a line break at its end"
+        )
+
+
+def _other_form(head: str) -> str:
+    """What to do with a matrix in another form than MatrixMarket's, by its first line."""
+    if len(head.split(",")) == 5:
+        return (
+            'lines of node, direction, node, direction, value are those of Abaqus, which "hpcrub '
+            'import abaqus" reads beside the deck of the job'
+        )
+    return "it begins neither with %%MatrixMarket nor with the four lines of Harwell-Boeing"

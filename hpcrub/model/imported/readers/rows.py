@@ -1,6 +1,7 @@
 """Types and functions that all readers share: mesh, skin, node lists, matrices with their rows."""
 
 from collections.abc import Callable
+from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,6 +11,7 @@ import scipy.sparse as sp
 from hpcrub.errors import InputError
 from hpcrub.model.imported.arrays import stored, symmetric
 from hpcrub.model.imported.neutral import AT_SPEEDS
+from hpcrub.model.imported.readers.nodal import in_one_frame
 
 File = str | Path
 Files = dict[float, File]  # {speed of rotation [Hz]: file}
@@ -28,6 +30,10 @@ class Rows(NamedTuple):
     dof: np.ndarray  # (n, 2) node number and direction
     name: str  # of its file, for messages
 
+    def of(self, rows: np.ndarray) -> "Rows":
+        """Return the matrix of some of the rows (any,) only."""
+        return self._replace(matrix=self.matrix[rows][:, rows], dof=self.dof[rows])
+
 
 class Mesh(NamedTuple):
     """Nodes of another program, by that program's numbers."""
@@ -36,6 +42,7 @@ class Mesh(NamedTuple):
     place: np.ndarray  # (n, 3) coordinates
     nodes_of: Callable[[str], np.ndarray]  # returns the node numbers of a list by name
     elements: list  # node numbers of each element, corners first; may be empty
+    axes: dict[int, np.ndarray] = {}  # {node: (3, 3) own directions, the rows} of turned nodes
 
 
 class Lists(NamedTuple):
@@ -56,35 +63,52 @@ def arrays_of(
     stiffness: {speed [Hz]: matrix} at one or three speeds; blade: stiffness of the blades alone.
     Raises InputError: a list or node is missing, or a matrix has rows that the mass matrix lacks.
     """
-    dof = mass.dof
+    if len(stiffness) not in (1, 3):
+        raise InputError(f"--stiffness: {len(stiffness) - 1} other speeds given; two are needed")
+    parts: dict[Any, Rows] = {**stiffness, "M": mass}
+    if blade:
+        parts["K_blade"] = blade
+    frame, parts = in_one_frame(mesh, parts)
+    dof = parts["M"].dof
+    arrays = {"hpcrub_model": np.array(1), "frame": np.array(frame)}
+    arrays |= _mesh_arrays(mesh, lists, dof, mass.name)
+    names = ("K",) if len(stiffness) == 1 else AT_SPEEDS
+    if len(stiffness) == 3:
+        arrays["speeds_hz"] = np.array(list(stiffness), dtype=float)
+    name_of = dict(zip(stiffness, names, strict=True))
+    matrices = {key: spread(part, dof) for key, part in parts.items()}
+    for one, other in combinations(stiffness, 2):
+        if abs(matrices[one] - matrices[other]).max() == 0.0:
+            raise InputError(
+                f"--stiffness: {stiffness[one].name} and {stiffness[other].name} hold the same "
+                f"matrix, though one is of {one:g} Hz and the other of {other:g} Hz"
+            )
+    for key, matrix in matrices.items():
+        store(arrays, name_of.get(key, key), matrix)
+    return arrays
+
+
+def _mesh_arrays(mesh: Mesh, lists: Lists, dof: np.ndarray, name: str) -> dict:
+    """Arrays of nodes, rows (any, 2) and lists of nodes; name: of the file of the rows."""
     number = np.union1d(mesh.number, dof[:, 0])  # inner nodes of elements have no place
     place = np.full((len(number), 3), np.nan)
-    place[places(mesh.number, number, mass.name)] = mesh.place
+    place[places(mesh.number, number, name)] = mesh.place
 
     def named(name: Any) -> Any:
         return places(mesh.nodes_of(name), number, name)
 
     arrays = {
-        "hpcrub_model": np.array(1),
         "kind": np.array("sector" if lists.low else "disk"),
         "nodes": place,
-        "dof": np.column_stack([places(dof[:, 0], number, mass.name), dof[:, 1]]),
+        "dof": np.column_stack([places(dof[:, 0], number, name), dof[:, 1]]),
         "contact_node": named(lists.contact),
-        "surface": skin([places(corners, number, mass.name) for corners in mesh.elements]),
+        "surface": skin([places(corners, number, name) for corners in mesh.elements]),
     }
     if lists.low:
         arrays |= {"low": named(lists.low), "high": named(lists.high)}
         arrays["n_sectors"] = np.array(lists.n_sectors)
     if lists.fixed:
-        arrays["fixed"] = np.flatnonzero(np.isin(dof[:, 0], mesh.nodes_of(lists.fixed)))
-    if len(stiffness) not in (1, 3):
-        raise InputError(f"--stiffness: {len(stiffness) - 1} other speeds given; two are needed")
-    names = ("K",) if len(stiffness) == 1 else AT_SPEEDS
-    if len(stiffness) == 3:
-        arrays["speeds_hz"] = np.array(list(stiffness), dtype=float)
-    matrices = dict(zip(names, stiffness.values(), strict=True)) | {"M": mass}
-    for name, matrix in (matrices | ({"K_blade": blade} if blade else {})).items():
-        store(arrays, name, spread(matrix, dof))
+        arrays["fixed"] = np.flatnonzero(np.isin(arrays["dof"][:, 0], named(lists.fixed)))
     return arrays
 
 
