@@ -89,6 +89,9 @@ class Casing(Section):
     clearance_hz_mm: Curve | None = None
     """clearance over the speed in place of clearance_mm: points of a speed [Hz] and a clearance
     [mm], with straight lines between them; or a file with columns speed_hz and clearance_mm"""
+    clearance_offset_mm: Millimetres = 0.0
+    """what is added to the clearance at every speed, such as the reserve that a threshold study
+    searches for beside clearance_hz_mm [mm]"""
     blade_clearance_mm: Clearances | None = None
     """what each blade has beyond that, such as a blade that is shorter, at every speed; below 0:
     less [mm]"""
@@ -154,13 +157,14 @@ class Casing(Section):
         """
         if isinstance(self.clearance_hz_mm, str):
             raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")
+        offset = self.clearance_offset_mm
         if self.clearance_hz_mm is not None:
-            return tuple((f, c / 1000) for f, c in self.clearance_hz_mm)
+            return tuple((f, (c + offset) / 1000) for f, c in self.clearance_hz_mm)
         return None
 
     def clearances(self, speeds_hz: float | np.ndarray) -> Any:
         """Clearance [m] at speeds [Hz], of any shape."""
-        same_at_all = ((0.0, self.clearance_mm / 1000),)
+        same_at_all = ((0.0, (self.clearance_mm + self.clearance_offset_mm) / 1000),)
         return np.interp(speeds_hz, *np.array(self.running or same_at_all).T)
 
     @property

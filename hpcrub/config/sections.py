@@ -177,9 +177,10 @@ class Mistuning(Section):
     """Levels, samples and patterns of mistuning."""
 
     half_range_percent: Levels = (1.0, 2.0, 3.0, 4.0)
-    """levels: largest deviation of a blade's stiffness [%]"""
+    """levels: largest deviation of a blade's stiffness; the last one only unless given for
+    threshold and rare [%]"""
     samples: Whole = Field(5000, ge=1, le=MOST_SAMPLES)
-    """samples per level"""
+    """samples per level; unless given for threshold and rare, as many as their question needs"""
     seed: Whole = Field(2020, ge=0, le=2**63 - 1)
     """seed of the random numbers"""
     tuned_runs: Whole = Field(9, ge=1, le=1000)
