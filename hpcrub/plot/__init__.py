@@ -25,6 +25,7 @@ from hpcrub.plot.amplifications import (
     percentiles,
     running_means,
 )
+from hpcrub.plot.campbell import campbell
 from hpcrub.plot.canvas import Drawing
 from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
 from hpcrub.plot.histories import time_response
@@ -38,7 +39,7 @@ from hpcrub.plot.wear import wear
 
 FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
-    safe_diagram, mode_shapes, casing, linear, time_response,
+    safe_diagram, campbell, mode_shapes, casing, linear, time_response,
     interaction_map, energy, contact_over_linear, branches, wear,
     casing_motion, casing_waves, air, threshold, checklist, patterns, rare,
 ]  # fmt: skip
