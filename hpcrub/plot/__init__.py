@@ -8,6 +8,8 @@ Every figure is a function of a result file, a path or an open one, and of axes 
     hpcrub.plot.summary("results/quickstart.h5", ax=axes)   # into axes of one's own
 
 - Some compare several files, given as a list. `mode` is that of `mode_shapes`, from 1.
+- In axes of one's own the legend stands above the data; in axes that are too small for that there
+  is none, and `axes.legend()` draws it elsewhere.
 - Of fewer axes than a figure has panels, the first panels are drawn. `ax` may be a Figure or a
   SubFigure, too; a Figure without axes gets the size that suits the drawing.
 - Returned are the axes drawn into, one or an array; their `figure` has everything else.

@@ -18,7 +18,7 @@ N_SPEEDS = 60
 MOST_ORDERS = 12  # engine orders whose lines are drawn beside that of the casing
 
 
-@figure("modal", what="Campbell diagram", computed=False)
+@figure("modal", what="Campbell diagram", alone=False, computed=False)
 def campbell(canvas: Canvas, file: ResultFile) -> None:
     """Frequencies of the tuned disk over the speed of rotation, in Hz and in rpm.
 
