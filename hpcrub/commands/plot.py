@@ -26,11 +26,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("files", nargs="+", metavar="FILE.h5")
     names = {figure.__name__: figure for figure in FIGURES}
     parser.add_argument("--figure", metavar="NAME", choices=names, help="this figure only")
-    parser.add_argument("--out", metavar="DIR", help="folder, beside the file by default")
+    parser.add_argument("--output", metavar="DIR", help="folder, beside the file by default")
     parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png")
     parser.add_argument("--mode", type=int, metavar="K", help="of mode_shapes")
     options = parser.parse_args(argv)
-    how = {"mode": options.mode, "folder": options.out, "kind": options.format}
+    how = {"mode": options.mode, "folder": options.output, "kind": options.format}
     drawn: Iterable[Path | HpcrubError] = of_study(options.files, **how)
     if options.figure:
         drawn = pictures.draw(names[options.figure], options.files, **how)

@@ -12,16 +12,17 @@ from typing import Any
 
 import jinja2
 import numpy as np
+from rich.table import Table
 
 from hpcrub import __version__, effects
 from hpcrub.commands.plot import of_study
+from hpcrub.config import yaml_text
 from hpcrub.config.schema import Config
-from hpcrub.config.text import counted, key_table, lines_of, show
+from hpcrub.config.text import counted, key_table, lines_of, set_key, show
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES
-from hpcrub.plot.families import labels
-from hpcrub.ranks.progress import WIDTH, as_text, say
+from hpcrub.ranks.progress import WIDTH, say
 from hpcrub.results import model_file
 from hpcrub.results.layout import PENDING
 from hpcrub.studies import open_result, run_of
@@ -34,11 +35,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Write the report; returns the exit code."""
     parser = argparse.ArgumentParser(prog="hpcrub report", description=__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE.h5")
-    parser.add_argument("--out", metavar="REPORT.html", help="beside the first file by default")
+    parser.add_argument("--output", metavar="REPORT.html", help="beside the first file by default")
     options = parser.parse_args(argv)
-    target = Path(options.out or f"{without_suffix(options.files[0])}.html")
+    target = Path(options.output or f"{without_suffix(options.files[0])}.html")
     if os.path.lexists(target) and not _is_report(target):
-        raise InputError(f"{target} is no report, and is not replaced; choose another --out")
+        raise InputError(f"{target} is no report, and is not replaced; choose another --output")
     page = render(options.files)
     try:
         target.write_text(page, encoding="utf-8")
@@ -57,11 +58,7 @@ def _is_report(path: Any) -> Any:
 def render(paths: Sequence[str]) -> str:
     """Return the HTML of a report, which needs no other file. Raises InputError."""
     files = [_facts(path) for path in paths]
-    with contextlib.ExitStack() as opened:
-        what_differs = labels([opened.enter_context(open_result(path)) for path in paths])
-    for file, words in zip(files, what_differs, strict=True):
-        file["differs"] = words
-    compared = list(_figures(paths)) if len(paths) > 1 else []
+    compared = _figures(paths) if len(paths) > 1 else {"drawn": [], "failed": []}
     loader = jinja2.PackageLoader("hpcrub", "commands")
     pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
     title = f"{files[0]['study'].capitalize()} study: {files[0]['name']}"
@@ -70,6 +67,7 @@ def render(paths: Sequence[str]) -> str:
         version=__version__,
         today=datetime.date.today().isoformat(),
         files=files,
+        differences=_differences(paths),
         compared=compared,
     )
 
@@ -83,7 +81,7 @@ def _facts(path: Any) -> dict[Any, Any]:
         if not n_done:
             raise InputError(f"{path} holds no result yet; run its input with --resume")
         verdict = study.verdict(file)
-        headline = next(iter(study.report(file)), "")
+        conclusion = list(study.conclusion(file, verdict.usable))
         answer = study.answer(file, verdict.usable, WIDTH)
         complete = n_done == status.size or study.is_enough(file)
         of = counted(status.size, study.unit.rstrip("s"))
@@ -95,18 +93,46 @@ def _facts(path: Any) -> dict[Any, Any]:
             "what": study.what,
             "verdict": partly + verdict.words,
             "usable": complete and verdict.usable,
-            "headline": headline.removesuffix(f"; {verdict.words}"),
+            "conclusion": [line.removesuffix(f"; {verdict.words}") for line in conclusion],
             "asked": list(_asked(config)),
-            "answer": as_text(item for item in answer if item != headline),
-            "figures": list(_figures([path])),
+            "answer": [_as_html(item) for item in answer if item not in conclusion],
+            "figures": _figures([path]),
             "checks": list(dict.fromkeys([*verdict.lines[1:], *file.warnings])),
             "omitted": list(_omitted_effects(config)),
+            "input": repeating(config),
+            "input_name": f"{without_suffix(path).name}.yaml",
             "provenance": [
                 ("file", str(Path(path).resolve())),
                 ("SHA-256", model_file.checksum(path)),
                 *((name, str(value)) for name, value in attributes if name not in apart),
             ],
         }
+
+
+def _as_html(item: str | Table) -> dict[str, Any]:
+    """Return a line or a table of an answer for the template."""
+    if isinstance(item, str):
+        return {"line": item}
+    cells = [[str(cell) for cell in column.cells] for column in item.columns]
+    return {
+        "title": str(item.title or ""),
+        "headings": [str(column.header) for column in item.columns],
+        "rows": list(zip(*cells, strict=True)),
+    }
+
+
+def _differences(paths: Sequence[str]) -> list[tuple[str, list[str]]]:
+    """Return all keys in which files differ, each with its value in every file."""
+    rows = []
+    for path in paths:
+        with open_result(path) as file:
+            rows.append(file.config.by_path())
+    keys = (key for key in rows[0] if key not in ("output", "sources"))
+    return [
+        (key, [show(row[key]) for row in rows])
+        for key in keys
+        if any(row[key] != rows[0][key] for row in rows)
+    ]
 
 
 def _omitted_effects(config: Config) -> Iterator[Any]:
@@ -138,25 +164,49 @@ def _omitted_effects(config: Config) -> Iterator[Any]:
 def _asked(config: Config) -> Iterator[dict[str, str]]:
     """Yield the keys whose value is not the default, each with its meaning, value and default."""
     own, usual = config.by_path(), Config().by_path()
-    meaning = {key.path: key.description for key in key_table(Config)}
-    for key, value in own.items():
-        if key != "output" and value != usual[key] and FILLED_IN not in meaning[key]:
-            short = float(f"{value:.6g}") if isinstance(value, float) else value
-            values = {"value": show(short), "default": show(usual[key])}
-            yield {"key": key, "meaning": meaning[key]} | values
+    for key in key_table(Config):
+        value = own.get(key.path)
+        if value == usual.get(key.path) or key.path == "output" or FILLED_IN in key.description:
+            continue
+        short = float(f"{value:.6g}") if isinstance(value, float) else value
+        values = {"value": show(short).strip("'"), "default": show(usual[key.path]).strip("'")}
+        yield {"key": key.path, "meaning": key.description} | values
 
 
-def _figures(paths: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """Yield the figures of one file, or those that compare several, as data inside the page."""
+def repeating(config: Config) -> str:
+    """YAML text of an input that repeats a study elsewhere, without what files hold."""
+    filled = {key.path for key in key_table(Config) if FILLED_IN in key.description}
+    filled = {path for path in filled if not path.endswith("_sha256")} | {"output"}
+    own, data = config.by_path(), config.model_dump(mode="json", exclude_defaults=True)
+    again = Config(**data).by_path()
+    for path in own:  # defaults that other keys decide
+        if again[path] != own[path]:
+            set_key(data, path, own[path])
+    for path in filled:
+        section, _, key = path.rpartition(".")
+        (data.get(section, {}) if section else data).pop(key, None)
+    return yaml_text.dump({"study": config.study} | data)
+
+
+def _figures(paths: Sequence[str]) -> dict[str, list[Any]]:
+    """Return the figures of one file, or those that compare several, as data inside the page.
+
+    What could not be drawn is said; a figure that does not suit the files is left out.
+    """
     what = {figure.__name__: figure.about.what for figure in FIGURES}
     main = {f.about.studies[0]: f.about.what for f in FIGURES if f.about.main}
+    drawn, failed = [], []
     with tempfile.TemporaryDirectory() as folder, open_result(paths[0]) as file:
         for picture in of_study(paths, folder=folder, kind="svg"):
             if isinstance(picture, HpcrubError):
+                failed += [str(picture)] * (not isinstance(picture, InputError))
                 continue
             words = next((w for name, w in what.items() if picture.stem.endswith(name)), None)
             data = base64.b64encode(picture.read_bytes()).decode()
-            yield {
-                "what": words or main.get(file.config.study, picture.stem),
-                "data": f"data:{KINDS[picture.suffix]};base64,{data}",
-            }
+            drawn.append(
+                {
+                    "what": words or main.get(file.config.study, picture.stem),
+                    "data": f"data:{KINDS[picture.suffix]};base64,{data}",
+                }
+            )
+    return {"drawn": drawn, "failed": list(dict.fromkeys(failed))}

@@ -15,17 +15,15 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from hpcrub import __version__, studies
 from hpcrub.commands import dry_run
+from hpcrub.commands.status import status
 from hpcrub.config import parts
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import HpcrubError, InputError, Interrupted, reason
 from hpcrub.ranks import parallel, progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.results import storage
-from hpcrub.results.layout import PENDING
 from hpcrub.runs.execution import Existing, examine_all, execute
 from hpcrub.runs.study import Run
 from hpcrub.setup import input_files
@@ -176,7 +174,9 @@ def _parser() -> Any:
     )
     parser.add_argument("--part", metavar="K/N", help="compute part K of N only, in its own file")
     parser.add_argument(
-        "--status", action="store_true", help="say how far the output is; exit code 0: complete"
+        "--status",
+        action="store_true",
+        help="say how far the output is, and the time left; exit code 0: complete",
     )
     parser.add_argument(
         "--no-figures", action="store_true", help="draw none: all other ranks would wait"
@@ -184,22 +184,3 @@ def _parser() -> Any:
     parser.add_argument("--dry-run", action="store_true", help="check, estimate the cost, stop")
     parser.add_argument("--version", action="version", version=f"hpcrub {__version__}")
     return parser
-
-
-def status(runs: list[Run]) -> int:
-    """Print how far every result file is; returns 0 when all are complete, 75 otherwise."""
-    complete = True
-    for study, cfg in runs:
-        if not os.path.lexists(cfg.output):
-            progress.say(f"{cfg.output}: not there yet")
-            complete = False
-            continue
-        with studies.open_result(cfg.output, cfg) as file:
-            done = study.parts(file) != PENDING
-            enough = bool(done.all())
-            text = f"{cfg.output}: {study.amount_done(file, int(np.count_nonzero(done)))}"
-            if not enough and study.is_enough(file):
-                enough, text = True, f"{text}, converged"
-        progress.say(text)
-        complete = complete and enough
-    return 0 if complete else Interrupted.exit_code

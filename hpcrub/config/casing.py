@@ -2,7 +2,7 @@
 
 from math import pi
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
@@ -36,19 +36,33 @@ class Harmonic(Section):
     """angle at which it is reached, in the direction of rotation [deg]"""
 
 
+# Young's modulus [GPa] and density [kg/m³] at room temperature: a steel with 12 % of chromium,
+# Ti-6Al-4V, 6061-T6 and Inconel 718
+MATERIALS = {
+    "steel": (210.0, 7800.0),
+    "titanium": (114.0, 4430.0),
+    "aluminium": (69.0, 2700.0),
+    "nickel": (200.0, 8190.0),
+}
+
+
 class Ring(Section):
     """The casing as an elastic ring of rectangular section, in place of a rigid casing."""
 
     thickness_mm: Number | None = Field(None, gt=0, le=1e4)
     """radial thickness of the ring; null: the casing is no ring [mm]"""
     width_mm: Number = Field(100.0, gt=0, le=1e5)
-    """axial width [mm]"""
+    """axial width of the part of the casing that moves, whose mass it sets; between flanges less
+    than the whole casing [mm]"""
     radius_mm: Number | None = Field(None, gt=0, le=1e5)
     """radius of the middle of its section; null: its inner face stands at the blade tips [mm]"""
+    material: Literal["steel", "titanium", "aluminium", "nickel"] = "steel"
+    """material, for whose values at room temperature young_modulus_gpa and density_kg_m3 stand
+    unless given: a 12 % chromium steel, Ti-6Al-4V, 6061-T6, Inconel 718"""
     young_modulus_gpa: Number = Field(210.0, ge=1e-6, le=1e5)
-    """Young's modulus [GPa]"""
+    """Young's modulus; that of the material unless given [GPa]"""
     density_kg_m3: Number = Field(7800.0, ge=1e-3, le=1e6)
-    """density [kg/m³]"""
+    """density; that of the material unless given [kg/m³]"""
     damping_ratio: Number = Field(0.005, ge=0, lt=1)
     """damping ratio of every mode of the ring [-]"""
     bed_radial_n_per_m2: Number = Field(0.0, ge=0, le=1e15)
@@ -57,6 +71,15 @@ class Ring(Section):
     """the same along the circumference [N/m²]"""
     waves: Waves = (2, 3, 4, 5, 6, 7, 8)
     """numbers of waves around the circumference that are followed; 1 needs a bed [-]"""
+
+    @model_validator(mode="after")
+    def _of_material(self) -> "Ring":
+        """Set what the input does not give, which counts as unset: `replace` decides anew."""
+        keys = "young_modulus_gpa", "density_kg_m3"
+        for key, value in zip(keys, MATERIALS[self.material], strict=True):
+            if key not in self.model_fields_set:
+                self.__dict__[key] = value
+        return self
 
     young_modulus: ClassVar = si("young_modulus_gpa", "Pa", times=1e9)
     width: ClassVar = si("width_mm", "m", per=1000)
@@ -89,6 +112,9 @@ class Casing(Section):
     clearance_hz_mm: Curve | None = None
     """clearance over the speed in place of clearance_mm: points of a speed [Hz] and a clearance
     [mm], with straight lines between them; or a file with columns speed_hz and clearance_mm"""
+    clearance_offset_mm: Millimetres = 0.0
+    """what is added to the clearance at every speed, such as the reserve that a threshold study
+    searches for beside clearance_hz_mm [mm]"""
     blade_clearance_mm: Clearances | None = None
     """what each blade has beyond that, such as a blade that is shorter, at every speed; below 0:
     less [mm]"""
@@ -154,13 +180,14 @@ class Casing(Section):
         """
         if isinstance(self.clearance_hz_mm, str):
             raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")
+        offset = self.clearance_offset_mm
         if self.clearance_hz_mm is not None:
-            return tuple((f, c / 1000) for f, c in self.clearance_hz_mm)
+            return tuple((f, (c + offset) / 1000) for f, c in self.clearance_hz_mm)
         return None
 
     def clearances(self, speeds_hz: float | np.ndarray) -> Any:
         """Clearance [m] at speeds [Hz], of any shape."""
-        same_at_all = ((0.0, self.clearance_mm / 1000),)
+        same_at_all = ((0.0, (self.clearance_mm + self.clearance_offset_mm) / 1000),)
         return np.interp(speeds_hz, *np.array(self.running or same_at_all).T)
 
     @property

@@ -201,6 +201,11 @@ def _clearance_problems(c: Any) -> Iterator[str]:
                 f"casing.clearance_hz_mm: {clearance:g} mm at {speed:g} Hz; a clearance from 0 up "
                 "to 10,000 mm is allowed"
             )
+    if c.casing.is_resolved and _can_be_listed(c.speeds) and c.clearance < 0.0:
+        yield (
+            f"casing.clearance_offset_mm: {c.casing.clearance_offset_mm:g} leaves less than no "
+            f"clearance, {1e3 * c.clearance:g} mm"
+        )
     if blades is None:
         return
     if c.disk.is_resolved and len(blades) != c.disk.n_blades:

@@ -51,7 +51,7 @@ def _clearance(config: Any, least: float) -> float:
     casing, own = config.casing, min(config.casing.blade_clearance_mm or (0.0,)) / 1000
     nearest = config.disk.least_clearance + own
     if casing.running is None:
-        return casing.clearance_mm / 1000 + nearest
+        return float(casing.clearances(0.0)) + nearest
     gaps = casing.clearances(config.speeds.values_hz) + nearest
     top, mean = casing.outline.highest, casing.outline.mean
     touching = gaps[gaps < top]

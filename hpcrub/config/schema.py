@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import ValidationError, model_validator
 
 from hpcrub.config import checks as config_checks
-from hpcrub.config import resolution, sections, study_keys, yaml_text
+from hpcrub.config import resolution, samples, sections, study_keys, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
 from hpcrub.config.aero import Aero
@@ -69,6 +69,9 @@ class Config(Section):
         if self.pattern_deviation is not None:  # one sample on one level as wide as the pattern
             width = float(np.abs(self.pattern_deviation).max()) * 100
             self._fill_in("mistuning", {"samples": 1, "half_range_percent": (width,)})
+        elif (asked := samples.of_question(self)) is not None:
+            last = type(self.mistuning).model_fields["half_range_percent"].default[-1:]
+            self._fill_in("mistuning", {"samples": asked, "half_range_percent": last})
         if self.contact.law != "rigid":  # the end of a long step takes stored energy
             self._fill_in("time", {"step_s": SPRING_BACK_S})
         casing = self.casing.model_copy()
@@ -168,7 +171,8 @@ class Config(Section):
         """Copy with some keys replaced, as if the input had given them, validated again.
 
         keys: values by their paths or sections, {"casing.n_bumps": 3, "study": "modal"} or
-        {"casing": {"n_bumps": 3}, "study": "modal"}; all other keys stay.
+        {"casing": {"n_bumps": 3}, "study": "modal"}; all other keys stay. An element of a list has
+        its number in the path, as in casing.harmonics[0].amplitude_mm.
         Raises InputError as `from_yaml`.
         """
         if not isinstance(keys, Mapping):
@@ -177,6 +181,10 @@ class Config(Section):
         for path, value in config_text.flatten(dict(keys)).items():
             config_text.set_key(data, path, value)
         return Config(**data)
+
+    def value(self, path: str) -> Any:
+        """Value of a key, or of an element of a list, by its path; None without one."""
+        return config_text.value_at(self.model_dump(mode="json"), path)
 
     def by_path(self) -> dict[str, Any]:
         """Values of all keys as in an input file, {"casing.n_bumps": 4, ...}."""

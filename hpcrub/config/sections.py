@@ -5,10 +5,10 @@ Every key has a default, a range and a description here and nowhere else: error 
 tables in docs/reference/ are made from them.
 """
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, Strict
+from pydantic import Field, Strict, model_validator
 
 from hpcrub.config.types import (
     MOST_SAMPLES,
@@ -23,6 +23,7 @@ from hpcrub.config.types import (
     Whole,
     si,
 )
+from hpcrub.errors import InputError
 from hpcrub.model.mistuning import Law
 from hpcrub.response.steady import SteadyCriteria
 
@@ -113,6 +114,31 @@ class Speeds(Section):
     """highest speed of rotation [Hz]"""
     step_hz: Number = Field(0.05, ge=1e-6, le=1e5)
     """step of the speeds [Hz]"""
+    from_rpm: Number | None = None
+    """lowest speed in revolutions per minute, in place of from_hz, as which it is kept [rpm]"""
+    to_rpm: Number | None = None
+    """highest speed, in place of to_hz [rpm]"""
+    step_rpm: Number | None = None
+    """step of the speeds, in place of step_hz [rpm]"""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_hertz(cls, data: Any) -> Any:
+        """Turn revolutions per minute into revolutions per second."""
+        if not isinstance(data, dict):
+            return data
+        data = dict(data)
+        for name in ("from", "to", "step"):
+            rpm, hertz = data.get(f"{name}_rpm"), data.get(f"{name}_hz")
+            if isinstance(rpm, bool) or not isinstance(rpm, int | float):
+                continue  # what is no number is refused as such
+            if hertz is not None:
+                raise InputError(
+                    f"speeds.{name}_rpm: {rpm:g} and speeds.{name}_hz: {hertz} are both given; "
+                    "leave one out (a result file has the latter)"
+                )
+            data[f"{name}_hz"] = data.pop(f"{name}_rpm") / 60.0
+        return data
 
     @property
     def n_values(self) -> int:
@@ -177,9 +203,10 @@ class Mistuning(Section):
     """Levels, samples and patterns of mistuning."""
 
     half_range_percent: Levels = (1.0, 2.0, 3.0, 4.0)
-    """levels: largest deviation of a blade's stiffness [%]"""
+    """levels: largest deviation of a blade's stiffness; the last one only unless given for
+    threshold and rare [%]"""
     samples: Whole = Field(5000, ge=1, le=MOST_SAMPLES)
-    """samples per level"""
+    """samples per level; unless given for threshold and rare, as many as their question needs"""
     seed: Whole = Field(2020, ge=0, le=2**63 - 1)
     """seed of the random numbers"""
     tuned_runs: Whole = Field(9, ge=1, le=1000)

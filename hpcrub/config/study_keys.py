@@ -50,23 +50,25 @@ class Threshold(Section):
     """Which value of a key meets the limits."""
 
     key: str | None = None
-    """key of the input whose value is searched for, such as casing.clearance_mm"""
+    """key of the input whose value is searched for, such as casing.clearance_mm,
+    casing.clearance_offset_mm where the clearance depends on the speed, or
+    casing.harmonics[0].amplitude_mm, an element of a list counted from 0"""
     lowest: Number = 0.0
     """lowest value, in the unit of the key"""
     highest: Number = 1.0
     """highest value"""
     tolerance: Number = Field(0.05, gt=0)
-    """largest error of the value that is found, in the unit of the key; the values that are tried
-    are so far apart or less"""
+    """width of the range in which the value is found, in the unit of the key; the values that are
+    tried are half of it apart, or less"""
     probability: Number = Field(0.01, gt=0, lt=1)
     """probability of exceeding one of limits, that is to be met [-]"""
 
     @property
     def values(self) -> np.ndarray:
-        """Values that may be tested (V,), evenly spaced; the number of steps is a power of two."""
-        steps = max((self.highest - self.lowest) / self.tolerance, 1.0)
-        n = 2 ** int(np.ceil(np.log2(min(steps, MOST_VALUES - 1)) - 1e-9))
-        return np.round(np.linspace(self.lowest, self.highest, n + 1), 10)
+        """Values that may be tested (V,), evenly spaced."""
+        steps = np.ceil(2.0 * (self.highest - self.lowest) / self.tolerance - 1e-9)
+        n = 1 + int(np.clip(steps, 1, MOST_VALUES - 1))
+        return np.round(np.linspace(self.lowest, self.highest, n), 10)
 
 
 class Part(Section):

@@ -75,14 +75,50 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
+def steps(path: str) -> list[str | int]:
+    """Names of sections and numbers of elements in a path such as "casing.harmonics[0].order"."""
+    parts = re.findall(r"\[([0-9]+)\]|([^.\[\]]+)", path)
+    return [int(number) if number else name for number, name in parts]
+
+
+def value_at(data: Any, path: str) -> Any:
+    """Value of a key, or of an element of a list, in the data of an input; None: there is none."""
+    for step in steps(path):
+        try:
+            data = data[step]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return data
+
+
 def set_key(data: dict[str, Any], path: str, value: Any) -> None:
-    """Set a key in the data of an input. Raises InputError if a part of the path is no section."""
-    *sections, key = path.split(".")
-    for name in sections:
-        data = data.setdefault(name, {})
-        if not isinstance(data, dict):
-            raise InputError(f"{path}: {name} is not a section")
-    data[key] = value
+    """Set a key, or an element of a list, such as "casing.harmonics[0].order".
+
+    Raises InputError if a part of the path is no section, or a list has no such element.
+    """
+    *before, last = steps(path) or [path]
+    place: Any = data
+    for step in before:
+        if isinstance(step, str) and isinstance(place, dict):
+            place = place.setdefault(step, {})
+        else:
+            place = _element(place, step, path)
+        if not isinstance(place, (dict, list)):
+            raise InputError(f"{path}: {step} is not a section")
+    if isinstance(last, int) or not isinstance(place, dict):
+        _element(place, last, path)
+    place[last] = value
+
+
+def _element(place: Any, step: str | int, path: str) -> Any:
+    """Element of a list in the data of an input. Raises InputError."""
+    if isinstance(step, str):
+        raise InputError(f"{path}: {step} is a key of one element of a list; name it, as in [0]")
+    n_there = len(place) if isinstance(place, list) else 0
+    if step >= n_there:
+        there = counted(n_there, "element")
+        raise InputError(f"{path}: the input gives {there} there, counted from 0")
+    return place[step]
 
 
 def apply_override(data: dict[str, Any], override: str) -> str:
@@ -109,6 +145,18 @@ def key_table(model: type[BaseModel]) -> list[Key]:
         Key(path, show(node["default"]).strip("'"), _allowed(node), node["description"])
         for path, node in _leaves(model).items()
     ]
+
+
+def name_and_unit(model: type[BaseModel], path: str) -> tuple[str, str]:
+    """What a key is, in a few words, and its unit such as " mm"; the path and "" if not known.
+
+    path: also of an element of a list, such as casing.harmonics[0].amplitude_mm.
+    """
+    node = _leaves(model).get(re.sub(r"\[[0-9]+\]", "", path), {"description": path})
+    words, _, unit = node["description"].partition(" [")
+    name = re.split("[;:(]", words)[0].strip()
+    unit = unit.rstrip("]").replace("-", "")
+    return name, f" {unit}" if unit else ""
 
 
 def first_error(model: type[BaseModel], error: ValidationError) -> str:

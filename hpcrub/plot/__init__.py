@@ -8,6 +8,8 @@ Every figure is a function of a result file, a path or an open one, and of axes 
     hpcrub.plot.summary("results/quickstart.h5", ax=axes)   # into axes of one's own
 
 - Some compare several files, given as a list. `mode` is that of `mode_shapes`, from 1.
+- In axes of one's own the legend stands above the data; in axes that are too small for that there
+  is none, and `axes.legend()` draws it elsewhere.
 - Of fewer axes than a figure has panels, the first panels are drawn. `ax` may be a Figure or a
   SubFigure, too; a Figure without axes gets the size that suits the drawing.
 - Returned are the axes drawn into, one or an array; their `figure` has everything else.
@@ -25,6 +27,7 @@ from hpcrub.plot.amplifications import (
     percentiles,
     running_means,
 )
+from hpcrub.plot.campbell import campbell
 from hpcrub.plot.canvas import Drawing
 from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
 from hpcrub.plot.histories import time_response
@@ -38,7 +41,7 @@ from hpcrub.plot.wear import wear
 
 FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
-    safe_diagram, mode_shapes, casing, linear, time_response,
+    safe_diagram, campbell, mode_shapes, casing, linear, time_response,
     interaction_map, energy, contact_over_linear, branches, wear,
     casing_motion, casing_waves, air, threshold, checklist, patterns, rare,
 ]  # fmt: skip

@@ -6,6 +6,7 @@ import inspect
 import os
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Protocol
@@ -31,6 +32,8 @@ from hpcrub.studies import open_result
 Where = Axes | Sequence[Axes] | FigureBase | None
 
 LETTERS = 12  # letters per inch of a line below a figure
+# height of a legend in the user's axes with its distance from the data; most of it, in theirs
+ROOM, MOST_ROOM = 1.15, 0.5
 ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; width of a symbol with its space [inch]
 
 NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
@@ -149,34 +152,39 @@ class Canvas:
                 self.note(warning if len(files) == 1 else f"{file.path.stem}: {warning}")
         if not self.axes:
             return
-        legend = self._legend()
-        width = int(LETTERS * self.figure.bbox.width / self.figure.dpi)
+        room = self.figure if self.own else self.axes[0]
+        width = int(LETTERS * room.bbox.width / self.figure.dpi)
         text = "\n".join(line for note in self._notes for line in textwrap.wrap(note, width))
-        if text and self.own:
+        if not self.own:
+            self._note_and_legends(text)
+            return
+        legend = self._legend()
+        if text:
             # the layout makes room for a text that is the title of the legend
             legend = legend or self.figure.legend([], [], loc="outside lower left")
             legend.set_title(text, prop=FontProperties(size="small"))
             legend.set_alignment("left")
-        elif text:
+
+    def _note_and_legends(self, text: str) -> None:
+        """Write a text below the first of the user's axes, and a legend into each of them."""
+        if text:
             self.axes[0].annotate(
                 text, (0, 0), (0, -40), "axes fraction", "offset points", va="top",
                 fontsize="x-small", color="0.3", annotation_clip=False,
             )  # fmt: skip
+        self.figure.canvas.figure.draw_without_rendering()  # the layout may make axes smaller
+        for panel in self.axes:
+            named = _labelled(panel)
+            if named and not panel.get_legend():
+                _legend_above_data(panel, named)
 
     def _legend(self) -> Legend | None:
-        """Draw one legend of all labels, intervals last; a legend in each of the user's axes.
-
-        Returns the legend below all panels, if there is one.
-        """
+        """Draw one legend of all labels below all panels, intervals last; None without labels."""
         of_all: dict[str, Artist] = {}
         for panel in self.axes:
-            if panel.get_legend():
-                continue
-            named = dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
-            if named and not self.own:
-                panel.legend(named.values(), named.keys(), fontsize="small")
-            of_all |= {label: named[label] for label in named if label not in of_all}
-        if not (of_all and self.own):
+            if not panel.get_legend():
+                of_all |= {k: v for k, v in _labelled(panel).items() if k not in of_all}
+        if not of_all:
             return None
         labels = sorted(of_all, key=WORDS.__contains__)
         lengths = sorted(map(len, labels), reverse=True)  # the longest in different columns
@@ -184,6 +192,32 @@ class Canvas:
         fits = [n for n in range(1, 5) if sum(lengths[:n]) / ENTRY + n * HANDLE < width]
         handles, how = [of_all[label] for label in labels], {"loc": "outside lower center"}
         return self.figure.legend(handles, labels, ncols=max(fits, default=1), **how)
+
+
+def _labelled(axes: Axes) -> dict[str, Artist]:
+    """What has a label in axes, by its label; the last of those with one label."""
+    return dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
+
+
+def _legend_above_data(axes: Axes, named: dict[str, Artist]) -> None:
+    """Draw a legend in the user's axes, and make room for it above what is drawn there.
+
+    The largest letters are taken with which it fits; axes that are too small get no legend.
+    """
+    for size, columns in product(("small", "x-small", "xx-small"), (1, 2, 3)):
+        how: dict[str, Any] = {"fontsize": size, "ncols": columns, "loc": "upper left"}
+        legend = axes.legend(named.values(), named.keys(), **how)
+        box = legend.get_window_extent()
+        share = ROOM * box.height / axes.bbox.height
+        if share < MOST_ROOM and ROOM * box.width < axes.bbox.width:
+            break
+    else:
+        legend.remove()
+        return
+    scale = axes.yaxis.get_transform()
+    low, high = scale.transform(axes.get_ylim())
+    low, high = scale.inverted().transform([low, low + (high - low) / (1.0 - share)])
+    axes.set_ylim(low, high)
 
 
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:

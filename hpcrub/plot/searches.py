@@ -3,6 +3,8 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from hpcrub.config.schema import Config
+from hpcrub.config.text import name_and_unit
 from hpcrub.plot.amplifications import Look, draw_curves, explain
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, DOTTED, GREEN, ORANGE
@@ -13,7 +15,7 @@ from hpcrub.studies.checklist import CHANGES, LEAST_CHANGE, moved
 from hpcrub.studies.contact.limits import severities
 from hpcrub.studies.patterns import Rounds, in_letters
 from hpcrub.studies.rare import last_estimate, probability_in_words
-from hpcrub.studies.threshold import crossing_in_words
+from hpcrub.studies.threshold import crossing_in_words, search_of
 
 FOOT = 1e-4  # probability at the foot of the figure of a threshold
 
@@ -22,17 +24,18 @@ FOOT = 1e-4  # probability at the foot of the figure of a threshold
 def threshold(canvas: Canvas, file: ResultFile) -> None:
     """Probability of exceeding the limit at the values looked at, and the amplitudes there.
 
-    Bars are 95 % intervals, numbers the disks computed. Between the two values of the band the
-    probability crosses the target.
+    Bars are 95 % intervals, numbers the disks computed. Between the two values of a band the
+    probability crosses the target. Values with a single disk have no bar.
     """
     chance, size = canvas.panels(1, 2, (13.0, 5.2))[0]
     _draw_probability(chance, file)
     _draw_amplitudes(size, file)
-    crossing = file.read("crossing")
+    name, unit = name_and_unit(Config, file.config.threshold.key or "")
+    values = file.read("value")
     for panel in (chance, size):
-        if np.isfinite(crossing).all():
-            panel.axvspan(*crossing, color=ORANGE, alpha=0.25, lw=0, label="crossing")
-        panel.set_xlabel(file.config.threshold.key)
+        for ends in search_of(file).crossings():
+            panel.axvspan(*values[list(ends)], color=ORANGE, alpha=0.25, lw=0, label="crossing")
+        panel.set_xlabel(f"{name} [{unit.strip() or '-'}]")
     canvas.note(crossing_in_words(file))
 
 
@@ -40,7 +43,7 @@ def _draw_probability(axes: Axes, file: ResultFile) -> None:
     """Draw the share of disks beyond the limit, with its interval, at every value computed."""
     n, above = file.read("n_disks"), file.read("n_above")
     low, high = (file.read(f"probability_{end}") for end in ("low", "high"))
-    seen = n > 0
+    seen = n > min(1, n.max() - 1)
     value, share = file.read("value")[seen], above[seen] / n[seen]
     ends = np.array([share - low[seen], high[seen] - share])
     axes.errorbar(value, share, ends, fmt="o", ms=5, color=BLUE, capsize=3, label="disks")
@@ -59,8 +62,10 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
     peaks, n = 1e3 * file.read("peak_amplitude_m"), file.read("n_disks")
     at, look = file.config.convergence.percentiles, Look("largest amplitude", BLUE)
     explain(axes, [look], at)
-    computed = [finite(row[:disks]) for row, disks in zip(peaks, n, strict=True)]
-    draw_curves(axes, file.read("value"), computed, at, look, from_one=False)
+    values, seen = file.read("value"), n > min(1, n.max() - 1)
+    axes.plot(values, peaks[:, 0], ".-", ms=4, lw=1.0, color="0.6", label="the first disk")
+    computed = [finite(row[:disks]) for row, disks in zip(peaks[seen], n[seen], strict=True)]
+    draw_curves(axes, values[seen], computed, at, look, from_one=False)
     if file.config.limits.amplitude_mm is not None:
         axes.axhline(file.config.limits.amplitude_mm, label="limit", **DOTTED)
     axes.set(ylabel="largest amplitude [mm]", ylim=(0.0, None))

@@ -177,6 +177,10 @@ class Study:
         """
         return self.report(file)
 
+    def conclusion(self, file: ResultFile, usable: bool) -> Iterable[str]:
+        """Lines, of `report` or `answer`, that answer what was asked; usable: as in `answer`."""
+        return list(self.report(file))[:1]
+
     def print_results(self, file: ResultFile) -> None:
         """Print verdict and results."""
         verdict = self.verdict(file)

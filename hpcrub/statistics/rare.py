@@ -52,6 +52,17 @@ def n_needed(goal: Goal, chance: float) -> int:
     return 1 + bisect.bisect_left(numbers, True, key=lambda n: bool(goal.is_met(n * chance, n)))
 
 
+def n_to_be_below(target: float, n_above: int, z: float) -> int:
+    """Number of disks, n_above of them beyond a limit, that show a probability below the target.
+
+    z: normal quantile of the interval, as in `probability_interval`. The number is at most
+    MOST_DISKS. Without a disk beyond the limit it is -ln(tail)/target, 5.3/target of 99 %.
+    """
+    below = lambda n: bool(probability_interval(n_above, n, z)[1] < target)  # noqa: E731
+    numbers = range(n_above + 1, MOST_DISKS)
+    return n_above + 1 + bisect.bisect_left(numbers, True, key=below)
+
+
 def extrapolated(severity: np.ndarray, at: np.ndarray, runs: int = 20) -> dict[str, np.ndarray]:
     """Probabilities of exceeding values (X,), from distributions fitted to severities (n,).
 

@@ -1,22 +1,37 @@
-"""Search for the value of a key at which a probability crosses a target.
+"""Search for the values of a key at which a probability crosses a target.
 
-The same disks are drawn at every value. A value is *certain* once the interval of its probability
-lies on one side of the target. The search adds disks to one uncertain value after another, and
-leaves values out by bisection. Each step depends only on the disks computed so far, so that a run
-resumed after an interruption takes the same steps.
+The same disks are drawn at every value. One disk at all values shows where the response is largest
+and smallest. Some disks at a few of the values, and by bisection between them, give a *guess* on
+which side of the target each probability lies. Only the values at a crossing are then made
+*certain*: disks are added until the interval of the probability lies on one side of the target, or
+until no number of disks that the study may draw can show it, after which the crossing is sought
+further on the safe side. Each step depends only on the disks computed so far, so that a run resumed
+after an interruption takes the same steps.
 """
 
-from typing import Any, NamedTuple
+from functools import cache
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
-from hpcrub.statistics.percentiles import side_of
+from hpcrub.statistics.percentiles import probability_interval, side_of
+from hpcrub.statistics.rare import n_to_be_below
 
 Z = 2.5758  # normal quantile of each test of a value: 99 %, because tests are repeated
 FIRST_DISKS = 20  # disks of a value in its first test
-GROWTH = 1.5  # factor of the number of disks from one test to the next
-COARSE = 5  # values that are always tested: the probability may rise and fall again
+GROWTH = 1.5  # largest factor of the number of disks from one test to the next
+COARSE = 5  # values that are always tested, spread evenly
+PEAKS = 4  # most values that one disk shows to be tested, too, on either side of the limit
+WORTHWHILE = 0.5  # part of the target: a probability above takes too many disks to be told from it
+UNSAFE_SHARE = 0.25  # disks at the unsafe end of a crossing, in parts of those at the safe end
+LEAST_SEVERITY = 1e-9  # of a disk that touches nothing
+LEAST_SCATTER = 1e-3  # of the logarithm of severities
 BELOW, UNKNOWN, ABOVE = -1, 0, 1  # as of `side_of`
+
+needed_below = cache(lambda target, n_above: n_to_be_below(target, n_above, Z))
+Look = tuple[int, int]  # index of a value, number of its disks after the test
 
 
 def coarse(n: int) -> list[int]:
@@ -27,72 +42,144 @@ def coarse(n: int) -> list[int]:
 class Search(NamedTuple):
     """State of a search over V values of a key, with its target."""
 
-    n_done: np.ndarray  # disks computed at every value (V,) int
-    n_above: np.ndarray  # disks beyond the limit at every value (V,) int
+    severity: np.ndarray  # of every disk, beyond the limit above 1; NaN: no result (V, most)
+    n_done: np.ndarray  # disks computed at every value, the first ones (V,) int
     target: float  # probability [-]
-    most: int  # largest number of disks of a value
 
     @classmethod
-    def followed(cls, above: np.ndarray, known: np.ndarray, target: float) -> "Search":
+    def followed(cls, severity: np.ndarray, known: np.ndarray, target: float) -> "Search":
         """The search as far as its disks are known, from its beginning.
 
-        above: whether disks are beyond the limit (V, most) bool; known: whether they are computed.
+        severity: of disks (V, most); known: whether they are computed (V, most).
         """
-        n_done, n_above = np.zeros((2, len(above)), dtype=int)
-        search = cls(n_done, n_above, target, above.shape[1])
-        while (look := search.next_look()) and known[look[0], : look[1]].all():
-            value, n = look
-            n_done[value], n_above[value] = n, np.count_nonzero(above[value, :n])
+        search = cls(severity, np.zeros(len(severity), dtype=int), target)
+        n_known = np.where(known.all(axis=1), known.shape[1], known.argmin(axis=1))
+        while (looks := search.next_looks()) and all(n <= n_known[value] for value, n in looks):
+            for value, n in looks:
+                search.n_done[value] = n
         return search
+
+    @property
+    def most(self) -> int:
+        """Largest number of disks of a value."""
+        return self.severity.shape[1]
+
+    @property
+    def n_above(self) -> np.ndarray:
+        """Disks computed that are beyond the limit, or have no result (V,)."""
+        computed = zip(self.severity, self.n_done, strict=True)
+        return np.array([np.count_nonzero(~(row[:n] <= 1.0)) for row, n in computed], dtype=int)
 
     def sides(self) -> np.ndarray:
         """Side of the target on which each probability lies: BELOW, ABOVE or UNKNOWN (V,)."""
         return side_of(self.target, self.n_above, self.n_done, Z)
 
-    def next_look(self) -> tuple[int, int] | None:
-        """Index of the next value to test, and its number of disks then; None at the end."""
-        n, last, sides = len(self.n_done), len(self.n_done) - 1, self.sides()
-        final = (sides != UNKNOWN) | (self.n_done >= self.most)
-        for value in coarse(n):
-            if not final[value]:
-                return self._more(value)
-        for side in (sides[0], sides[last]) if n > 1 else ():
-            value = self._boundary(sides, final, side)
-            if value is not None:
-                return self._more(value)
-        return None
+    def expected(self) -> np.ndarray:
+        """Probability at each value as its disks let expect, counted or extrapolated (V,).
 
-    def crossing(self) -> tuple[int, int] | None:
-        """Indices of the nearest certain values on both sides of the crossing; None without one."""
-        sides = self.sides()
-        if UNKNOWN in (sides[0], sides[-1]) or sides[0] == sides[-1]:
-            return None
-        begin = np.flatnonzero(sides == sides[0])
-        end = int(np.flatnonzero(sides == sides[-1]).min())
-        return int(begin[begin < end].max()), end
-
-    def is_monotone(self) -> bool:
-        """Whether the certain values change sides at most once."""
-        certain = self.sides()
-        certain = certain[certain != UNKNOWN]
-        return int(np.count_nonzero(np.diff(certain))) <= 1
-
-    def _boundary(self, sides: Any, final: Any, side: Any) -> Any:
-        """Value to test between the last value on a side and the first final value beyond it.
-
-        None if these two are neighbours, or if both ends are on one side of the target.
+        It is one that so many disks beyond the limit, or none, exceed as often as not.
+        It decides which disks are computed next, and no result. NaN without a first test.
         """
-        if sides[0] == sides[-1] or side == UNKNOWN:
-            return None
-        order = np.arange(len(sides)) if side == sides[0] else np.arange(len(sides))[::-1]
-        other = next(i for i, v in enumerate(order) if final[v] and sides[v] != side)
-        mine = max(i for i in range(other) if sides[order[i]] == side)
-        if other - mine <= 1:
-            return None
-        between = order[mine + 1 : other]
-        begun = [v for v in between if self.n_done[v] > 0]
-        return int(begun[0] if begun else between[(len(between) - 1) // 2])
+        found = np.full(len(self.n_done), np.nan)
+        medians = probability_interval(self.n_above, self.n_done, 0.0)
+        for value in np.flatnonzero(self.n_done >= self._first):
+            row = self.severity[value, : self.n_done[value]]
+            low, high = medians[:, value]
+            found[value] = low
+            if not low:
+                size = np.log(np.maximum(row, LEAST_SEVERITY))
+                found[value] = min(high, ndtr(size.mean() / max(size.std(), LEAST_SCATTER)))
+        return found
 
-    def _more(self, value: Any) -> tuple[Any, Any]:
-        more = max(FIRST_DISKS, int(np.ceil(GROWTH * self.n_done[value])))
-        return value, min(more, self.most)
+    def guesses(self) -> np.ndarray:
+        """Side on which each probability is supposed to lie; UNKNOWN without a first test (V,).
+
+        A value is supposed to be above the target, too, where it is so close to it that its disks
+        can hardly show the contrary, or not at all.
+        """
+        sides, expected = self.sides(), self.expected()
+        guess = np.where(expected < WORTHWHILE * self.target, BELOW, ABOVE)
+        for value in np.flatnonzero((guess == BELOW) & (sides != BELOW)):
+            if needed_below(self.target, int(self.n_above[value])) > self.most:
+                guess[value] = ABOVE
+        guess = np.where(sides != UNKNOWN, sides, guess)
+        return np.where(self.n_done < self._first, UNKNOWN, guess)
+
+    def landmarks(self) -> list[int]:
+        """Values that are always tested: some spread evenly, and the extremes of the first disk.
+
+        An extreme is the largest severity of a range of values beyond the limit, or the smallest of
+        one within, and both of all values.
+        """
+        size = np.log(np.clip(self.severity[:, 0], LEAST_SEVERITY, None))
+        size[np.isnan(size)] = np.inf
+        ends = [0, *(np.flatnonzero(np.diff(size > 0.0)) + 1), len(size)]
+        ranges = (np.arange(*bounds) for bounds in pairwise(ends))
+        extremes = [int(r[np.abs(size[r]).argmax()]) for r in ranges]
+        extremes.sort(key=lambda value: -abs(size[value]))
+        found = {int(size.argmax()), int(size.argmin())}
+        for beyond in (True, False):
+            found |= set([v for v in extremes if (size[v] > 0.0) == beyond][:PEAKS])
+        return sorted(found | set(coarse(len(size))))
+
+    def next_looks(self) -> list[Look]:
+        """Values to test next, each with its number of disks then; none at the end."""
+        if not self.n_done.all():
+            return [(int(value), 1) for value in np.flatnonzero(self.n_done == 0)]
+        first = self._first
+        if new := [value for value in self.landmarks() if self.n_done[value] < first]:
+            return [(value, first) for value in new]
+        guess = self.guesses()
+        seen = [int(value) for value in np.flatnonzero(guess)]
+        crossings = [(a, b) for a, b in pairwise(seen) if guess[a] != guess[b]]
+        if wide := [(a + b) // 2 for a, b in crossings if b - a > 1]:
+            return [(value, first) for value in wide]
+        if not crossings:  # the value nearest to the target speaks for all
+            expected = self.expected()[seen]
+            all_below = guess[seen[0]] == BELOW
+            crossings = [(seen[int(expected.argmax() if all_below else expected.argmin())],) * 2]
+        looks: dict[int, int] = {}
+        for pair in crossings:
+            looks |= self._to_be_certain(pair, guess)
+        return sorted(looks.items())
+
+    def crossings(self) -> list[tuple[int, int]]:
+        """Indices of neighbouring certain values on different sides, in increasing order."""
+        sides = self.sides()
+        certain = [int(value) for value in np.flatnonzero(sides)]
+        return [(a, b) for a, b in pairwise(certain) if sides[a] != sides[b]]
+
+    def n_expected(self) -> int:
+        """Disks that the search is supposed to need in all, if its guesses are right."""
+        looks = [(v, n, self.n_done[v]) for v, n in self.next_looks()]
+        more = (self._needed(v) - now if now >= self._first else n - now for v, n, now in looks)
+        return int(self.n_done.sum() + sum(more))
+
+    @property
+    def _first(self) -> int:
+        return min(FIRST_DISKS, self.most)
+
+    def _needed(self, value: int) -> int:
+        """Disks with which a value is certainly below if no more of them exceed the limit."""
+        n_above = int(self.n_above[value])
+        return min(max(needed_below(self.target, n_above), self.n_done[value]), self.most)
+
+    def _to_be_certain(self, pair: tuple[int, ...], guess: np.ndarray) -> dict[int, int]:
+        """Tests of the values at a crossing, the safe one first; empty once they are certain.
+
+        Where the unsafe one is too close to the target, one further away makes up for it.
+        """
+        unsafe, safe = sorted(pair, key=lambda value: -guess[value])
+        sides, most = self.sides(), self.most
+        if guess[safe] == BELOW:
+            if sides[safe] == UNKNOWN:
+                return {safe: min(self._grown(safe), self._needed(safe))}
+            most = max(int(UNSAFE_SHARE * self.n_done[safe]), self._first)
+        while 0 <= unsafe < len(sides) and sides[unsafe] == UNKNOWN and guess[unsafe] != BELOW:
+            if self.n_done[unsafe] < most:
+                return {unsafe: min(self._grown(unsafe), most)}
+            unsafe += np.sign(unsafe - safe) or len(sides)
+        return {}
+
+    def _grown(self, value: int) -> int:
+        return max(int(np.ceil(GROWTH * self.n_done[value])), self._first)

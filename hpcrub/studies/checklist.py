@@ -27,13 +27,15 @@ from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.trials import Case, Trials, table
 
 LEAST_CHANGE = 0.01  # smallest mean change of the disks that counts [-]
-LARGE_CHANGE = 0.05  # mean change by grid, step or model that makes a study useless [-]
+LARGE_CHANGE = 0.05  # change by grid, step or model, at most, that makes a study useless [-]
 
 
 def _smaller_clearance(c: Any) -> dict[Any, Any]:
+    smaller = {"casing.clearance_offset_mm": 0.9 * c.casing.clearance_offset_mm}
     if c.casing.running is None:
-        return {"casing.clearance_mm": 0.9 * c.casing.clearance_mm}
-    return {"casing.clearance_hz_mm": [[hz, 0.9 * 1e3 * gap] for hz, gap in c.casing.running]}
+        return smaller | {"casing.clearance_mm": 0.9 * c.casing.clearance_mm}
+    points = [[hz, 0.9 * clearance] for hz, clearance in c.casing.clearance_hz_mm]
+    return smaller | {"casing.clearance_hz_mm": points}
 
 
 def _higher_harmonics(c: Any) -> dict[Any, Any]:
@@ -132,7 +134,7 @@ class Checklist(Trials):
                 yield (
                     f"{change.what + ':':<29}{100 * mean:+6.1f} ± {100 * error:.1f} %, "
                     f"a single disk by up to {100 * most:.0f} %"
-                    + (f": {change.key} moves the answer" if _counts(mean, error) else "")
+                    + (f": {change.key} moves the answer" if _is_shown(mean, error) else "")
                 )
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
@@ -147,14 +149,28 @@ class Checklist(Trials):
                 severity = USELESS if change.is_error else SINGLE
                 yield Finding(severity, words, f"{words}: {change.key}")
         for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=True):
-            if not _counts(mean, error):
-                continue
-            words = f"{change.what} moves the answer by {100 * mean:+.2g} %"
-            if change.is_error:
-                severity = USELESS if abs(mean) > LARGE_CHANGE else SINGLE
-                yield Finding(severity, words, f"{words}: {change.key}")
-            else:
-                yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
+            yield from _moves(change, mean, error)
+
+
+def _moves(change: Change, mean: float, error: float) -> Iterator[Finding]:
+    """Finding about a change of all disks, by the most that it may be of more disks.
+
+    A change of the computation that few disks leave open is not called small.
+    """
+    most, words = abs(mean) + error, f"{change.what} moves the answer by {100 * mean:+.2g} %"
+    if not change.is_error:
+        if _is_shown(mean, error):
+            yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
+        return
+    advice = f"{words}: {change.key}"
+    if not _is_shown(mean, error):
+        words = f"{change.what} may move the answer by up to {100 * most:.2g} %"
+        advice = (
+            f"{words} ({100 * mean:+.2g} ± {100 * error:.2g} %): {change.key}, or more "
+            "checklist.disks tell whether it does"
+        )
+    if most > LEAST_CHANGE:
+        yield Finding(USELESS if most > LARGE_CHANGE else SINGLE, words, advice)
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:
@@ -181,9 +197,9 @@ def _n_disks(config: Config) -> Any:
     return 1 + min(config.checklist.disks, config.mistuning.samples)
 
 
-def _counts(mean: Any, error: Any) -> bool:
-    """Whether a change is larger than chance and than LEAST_CHANGE."""
-    return bool(abs(mean) > max(error, LEAST_CHANGE))
+def _is_shown(mean: float, error: float) -> bool:
+    """Whether a change is certainly more than chance, and more than LEAST_CHANGE."""
+    return abs(mean) > max(error, LEAST_CHANGE)
 
 
 STUDY = Checklist()

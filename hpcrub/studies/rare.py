@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.config.samples import goal_of, of_question, supposed
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
@@ -14,13 +15,12 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.job import Round
 from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
-from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed
-from hpcrub.studies.contact.limits import percent
+from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed, n_to_be_below
+from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent
 from hpcrub.studies.contact.trials import Case, Trials, beyond, limit_problems, table
 
 FIRST_DISKS = 100  # disks of the first estimate
 GROWTH = 1.3  # factor on the number of disks from one estimate to the next
-SUPPOSED = 1e-3  # probability that is assumed before anything is known
 ESTIMATE = "probability", "probability_low", "probability_high"
 _E = ("estimate",)
 LAYOUT = (
@@ -59,32 +59,16 @@ class Rare(Trials):
             )
         if config.pattern_deviation is not None:
             yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
-
-    def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
-        """Warnings of every study, and about goals that all samples together cannot meet."""
-        yield from super().warnings(config, prepared)
-        n, (error, below) = config.mistuning.samples, goal_of(config)
-        high = probability_interval(0, n, Z_OF_TESTS)[1]
-        if below is not None and high >= below:
-            yield (
-                f"mistuning.samples: {n:,} disks cannot show that a probability is below "
-                f"limits.probability_below {below:g}: even if none of them exceeds the limit, it "
-                f"is below {high:.2g} (99.5 % interval); {n_needed(Goal(None, below), 0.0):,} can"
-            )
-        if error is not None and not Goal(error, None).is_met(n, n):
-            yield (
-                f"mistuning.samples: {n:,} disks tell no probability to limits.probability_error "
-                f"{error:g} of itself"
-            )
+        yield from _samples_problems(config)
 
     def needs(self, config: Config) -> str:
         """Number of disks that the goal needs, in words."""
-        chance, n = _supposed(config)
+        chance, n = supposed(config), of_question(config) or 0
         return f"the goal needs {n:,} disks if the probability is {chance:.2g}"
 
     def cost(self, config: Config) -> Cost:
         """Cost of the disks that the goal is supposed to need, at every speed."""
-        disks = min(_supposed(config)[1], config.mistuning.samples)
+        disks = min(of_question(config) or 0, config.mistuning.samples)
         return Cost(disks, disks=disks)
 
     def case(self, config: Config, task: int) -> Case:
@@ -112,6 +96,7 @@ class Rare(Trials):
         """The probability, and the number of disks that it took."""
         yield probability_in_words(file)
         if n := last_estimate(file)[0]:
+            yield from by_limit_line(file)
             yield f"{n:,} disks, {np.count_nonzero(beyond(file)[:n]):,} of them beyond the limit"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
@@ -140,11 +125,6 @@ def numbers(config: Config) -> np.ndarray:
     return np.array(n_disks)
 
 
-def goal_of(config: Config) -> Goal:
-    """Goal at which the study ends."""
-    return Goal(config.limits.probability_error, config.limits.probability_below)
-
-
 def last_estimate(file: ResultFile) -> tuple[int, np.ndarray]:
     """Number of disks of the last estimate, or 0; probability and ends of its interval (3,)."""
     estimates = np.array([file.read(name) for name in ESTIMATE])
@@ -157,12 +137,10 @@ def last_estimate(file: ResultFile) -> tuple[int, np.ndarray]:
 def probability_in_words(file: ResultFile) -> str:
     """The probability, in words."""
     limits, (n, (chance, low, high)) = file.config.limits, last_estimate(file)
-    of = [f"{limits.amplitude_mm:g} mm"] if limits.amplitude_mm is not None else []
-    of += [f"{1e-6 * limits.stress:.4g} MPa"] if limits.stress is not None else []
     if not n:
-        return f"probability of exceeding {' or '.join(of)}: not known yet"
+        return f"probability of exceeding {limits_in_words(file.config)}: not known yet"
     text = (
-        f"a disk exceeds {' or '.join(of)} with a probability of {percent(chance)} % "
+        f"a disk exceeds {limits_in_words(file.config)} with a probability of {percent(chance)} % "
         f"(95 % interval {percent(low)} to {percent(high)} %)"
     )
     if limits.probability_below is None:
@@ -172,11 +150,20 @@ def probability_in_words(file: ResultFile) -> str:
     return f"{text}, {side} the {percent(limits.probability_below)} % asked for"
 
 
-def _supposed(config: Config) -> tuple[Any, int]:
-    """Assumed probability, and the number of disks that the goal needs with it."""
-    below = config.limits.probability_below
-    chance = SUPPOSED if below is None else below / 3.0
-    return chance, n_needed(goal_of(config), chance)
+def _samples_problems(config: Config) -> Iterator[str]:
+    """Error lines about goals that all samples together cannot meet, whatever they show."""
+    n, (error, below) = config.mistuning.samples, goal_of(config)
+    if below is not None and n < (needed := n_to_be_below(below, 0, Z_OF_TESTS)):
+        yield (
+            f"mistuning.samples: {n:,} disks cannot show that a probability is below "
+            f"limits.probability_below {below:g}, even if none of them exceeds the limit; "
+            f"{needed:,} can (6/P), or leave samples out"
+        )
+    if error is not None and not Goal(error, None).is_met(n, n):
+        yield (
+            f"mistuning.samples: {n:,} disks tell no probability to limits.probability_error "
+            f"{error:g} of itself; leave samples out"
+        )
 
 
 STUDY = Rare()

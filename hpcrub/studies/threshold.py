@@ -8,30 +8,43 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from rich.table import Table
 
 from hpcrub.config.checks import keys_without_effect
 from hpcrub.config.schema import Config
 from hpcrub.config.study_keys import MOST_VALUES
+from hpcrub.config.text import name_and_unit
 from hpcrub.errors import InputError
+from hpcrub.ranks.progress import table
 from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.results.verdict import USELESS, Finding
+from hpcrub.results.verdict import SINGLE, USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.job import Round
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
-from hpcrub.statistics.threshold import UNKNOWN, Search, coarse
-from hpcrub.studies.contact.limits import percent
-from hpcrub.studies.contact.trials import Case, Trials, beyond, limit_problems, table
+from hpcrub.statistics.rare import Goal, n_needed
+from hpcrub.statistics.threshold import (
+    ABOVE,
+    BELOW,
+    COARSE,
+    FIRST_DISKS,
+    UNKNOWN,
+    Search,
+    coarse,
+    needed_below,
+)
+from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent, severities
+from hpcrub.studies.contact.trials import Case, Trials, limit_problems
+from hpcrub.studies.contact.trials import table as trials_table
 
 NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
     *(f"mistuning.{name}" for name in ("seed", "samples", "tuned_runs", "checked_samples")),
 )
-LOOKS = 1.5  # values per bisection that need as many disks as the target asks for
-CLOSE = 2  # values so close to the crossing that they need all disks
+TRIED_AGAIN = 1.5  # of the disks that one value needs, about: some are tried that fail
 NUMBERS_IN_TEXT = re.compile(r"\d[\d., ]*(e[-+]?\d+)?")  # in a warning
 _V = ("value",)
 LAYOUT = (
@@ -42,7 +55,7 @@ LAYOUT = (
     Dataset("probability_high", _V, "1", "upper end of the 95 % interval of the probability"),
     Dataset("side", _V, "1", "probability certainly below (-1) or above (1) the target", "i8"),
     Dataset("crossing", ("end",), "1", "values on either side of the crossing; NaN: none"),
-    *table("value", "sample"),
+    *trials_table("value", "sample"),
     Dataset("status", ("value", "sample"), "1", "0 pending, 1 done", "u1"),
 )
 
@@ -57,15 +70,16 @@ class Threshold(Trials):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
-        return {"value": len(config.threshold.values), "end": 2}
+        return {"value": len(values_of(config)), "end": 2}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """Values of the key."""
-        return {"value": config.threshold.values}
+        return {"value": values_of(config)}
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
         yield from limit_problems(config)
+        yield from samples_problems(config)
         key = config.threshold.key
         if key is None:
             yield "threshold.key: missing; the key whose value is searched for is needed"
@@ -73,13 +87,14 @@ class Threshold(Trials):
         if key.startswith(NEVER_KEYS):
             yield f"threshold.key: {key} changes no disk"
             return
-        most = MOST_VALUES - 1
+        most = MOST_VALUES // 2
         if config.threshold.highest - config.threshold.lowest > most * config.threshold.tolerance:
             yield (
                 f"threshold.tolerance: {config.threshold.tolerance} divides the range into more "
                 f"than {most} steps"
             )
-        for value in map(float, config.threshold.values):
+            return
+        for value in map(float, values_of(config)):
             try:
                 at_value(config, value)
             except InputError as error:
@@ -95,7 +110,7 @@ class Threshold(Trials):
         The input's own value of the key, of which `prepared` is, is not computed.
         """
         key, found = config.threshold.key, dict[str, list[tuple[float, str]]]()
-        for value in map(float, config.threshold.values[[0, -1]]):
+        for value in map(float, values_of(config)[[0, -1]]):
             here = at_value(config, value)
             for line in super().warnings(here, build_problem(here)):
                 found.setdefault(NUMBERS_IN_TEXT.sub("#", line), []).append((value, line))
@@ -108,122 +123,199 @@ class Threshold(Trials):
 
     def needs(self, config: Config) -> str:
         """Number of values, and of disks that the search is expected to need, in words."""
-        n_values, disks = len(config.threshold.values), self.cost(config).disks
-        return (  # where the probability is steep it is a third, where it is flat three times
+        n_values, disks = len(values_of(config)), self.cost(config).disks
+        return (  # where the probability is flat it is more
             f"for {n_values} values of {config.threshold.key}, together about {disks:,} disks, "
-            "give or take a factor of three"
+            "give or take a factor of two"
         )
 
     def cost(self, config: Config) -> Cost:
-        """Cost of the disks that a few values need until their intervals leave out the target."""
-        # the interval by so many disks, none of them beyond the limit, leaves out the target
-        n_values, most = len(config.threshold.values), config.mistuning.samples
-        needed = min(4.6 / config.threshold.probability, most)
-        disks = round(LOOKS * np.log2(n_values) * needed + CLOSE * most)
+        """Cost of a disk at all values, some at a few, and what the crossing needs."""
+        n_values, most = len(values_of(config)), config.mistuning.samples
+        n_first = min(COARSE + 2 + np.log2(n_values), n_values)
+        needed = min(needed_below(config.threshold.probability, 0), most)
+        disks = round(n_values + n_first * min(FIRST_DISKS, most) + TRIED_AGAIN * needed)
         disks = min(disks, n_values * most)
         return Cost(disks, disks=disks)
 
     def tried(self, config: Config) -> list[Config]:
         """Inputs at values over the whole range, whose disks may differ tenfold in their cost."""
-        values = config.threshold.values
+        values = values_of(config)
         return [at_value(config, float(value)) for value in values[coarse(len(values))]]
 
     def case(self, config: Config, task: tuple[int, int]) -> Case:
         """Input and disk of a task; task: indices of value and disk."""
-        here = at_value(config, float(config.threshold.values[task[0]]))
+        here = at_value(config, float(values_of(config)[task[0]]))
         return Case(here, deviation(here, 0, task[1]))
 
     def next_round(self, file: ResultFile) -> Round:
-        """The pending disks of the next value to test; its order does not depend on other disks."""
+        """The pending disks of the next values to test; they do not depend on other disks."""
         config, there = file.config, file.status != PENDING
-        search = Search.followed(beyond(file), there, config.threshold.probability)
-        known, tasks, phase = results(config, search), [], self.unit
-        if look := search.next_look():
-            value, n = look
-            tasks = [(value, int(i)) for i in np.flatnonzero(~there[value, :n])]
-            # the first values lie over the whole range, unlike all others
-            phase += " over the range" if value in coarse(len(there)) else " near the crossing"
-        return Round(tasks, known, self.cost(config).disks, phase)
+        search = Search.followed(severities(file), there, config.threshold.probability)
+        looks = search.next_looks()
+        tasks = [(v, int(i)) for v, n in looks for i in np.flatnonzero(~there[v, :n])]
+        # the first disks lie over the whole range, unlike all others
+        is_far = search.n_done.max() < 2 * FIRST_DISKS
+        phase = f"{self.unit} {'over the range' if is_far else 'near the crossing'}"
+        expected = max(search.n_expected(), self.cost(config).disks)
+        return Round(tasks, results(config, search), expected, phase)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""
         yield crossing_in_words(file)
-        n_done, n_values = int(file.read("n_disks").sum()), len(file.config.threshold.values)
-        share = n_done / (n_values * file.config.mistuning.samples)
-        yield (
-            f"{n_done:,} disks at {np.count_nonzero(file.read('n_disks'))} of {n_values} values, "
-            f"{percent(share)} % of all disks at all values"
-        )
+        yield from other_crossings(file)
+        yield from by_limit_line(file)
+        n_done, n_values = int(file.read("n_disks").sum()), len(file.read("value"))
+        seen = np.count_nonzero(file.read("n_disks") > 1)
+        yield f"{n_done:,} disks: one at each of {n_values} values, and more at {seen} of them"
+
+    def answer(self, file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
+        """The report, and a table of the probability at every value that was looked at."""
+        yield from self.report(file)
+        yield probabilities(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """A crossing that is not certain, or several crossings."""
-        search, config = search_of(file), file.config
-        if search.next_look() is None and (search.sides()[[0, -1]] == UNKNOWN).any():
+        """A crossing that is not certain, not known as well as asked, or one of several."""
+        search, asked = search_of(file), file.config.threshold
+        if search.next_looks() == [] and not search.sides().any():
             yield Finding(
-                USELESS, "the ends are not certain",
-                "at an end of the range the probability is too close to the target for "
-                f"{config.mistuning.samples} disks: mistuning.samples, or another range",
+                USELESS, "no value is certain",
+                f"everywhere the probability is too close to {percent(asked.probability)} % for "
+                f"{search.most:,} disks: more mistuning.samples, or another range",
             )  # fmt: skip
-        if not search.is_monotone():
+        if len(search.crossings()) > 1:
             yield Finding(
-                USELESS, "several crossings",
-                f"the probability rises and falls again with {config.threshold.key}: one of "
-                "several crossings is told; draw the figure, and search on parts of the range",
+                SINGLE, "several crossings",
+                f"the probability rises and falls again with {asked.key}: between the values that "
+                "were tried there may be further crossings; see the figure",
             )  # fmt: skip
+        yield from _not_as_close_as_asked(file, search)
         computed = np.arange(search.most) < search.n_done[:, None]
         names = "peak_amplitude_m", "peak_status"
-        yield from findings.of_disks(config, *(file.read(name)[computed] for name in names))
+        yield from findings.of_disks(file.config, *(file.read(name)[computed] for name in names))
+
+
+def _not_as_close_as_asked(file: ResultFile, search: Search) -> Iterator[Finding]:
+    """Finding about a crossing in a range wider than the tolerance, and what would narrow it."""
+    asked, values = file.config.threshold, file.read("value")
+    for a, b in search.crossings():
+        width, chance = values[b] - values[a], search.expected()[a + 1 : b]
+        if width <= asked.tolerance * (1.0 + 1e-9):
+            continue
+        words = f"the crossing is known within {width:g}, not {asked.tolerance:g}"
+        needed = [n_to_tell(asked.probability, p) for p in chance[np.isfinite(chance)]]
+        advice = f": about {max(needed):,} mistuning.samples would tell it" if needed else ""
+        why = "what lies between is too close to the target to be told from it"
+        yield Finding(SINGLE, words, f"{words}, as threshold.tolerance asks; {why}{advice}")
+
+
+def n_to_tell(target: float, chance: float) -> int:
+    """Disks that tell a probability, or one 10 % from the target if nearer, from the target."""
+    least = 0.1 * target
+    far = chance if abs(chance - target) > least else target - least
+    return n_needed(Goal(None, target), far)
+
+
+def probabilities(file: ResultFile) -> Table:
+    """Table of the probability at every value that more than one disk was computed at."""
+    names = "n_disks", "n_above", "probability_low", "probability_high", "side"
+    headings = file.config.threshold.key or "", "disks", "beyond", "probability", "95 % interval"
+    found = table("", (*headings, "the target"))
+    words = {BELOW: "met", UNKNOWN: "not known", ABOVE: "not met"}
+    for value, n, above, low, high, side in zip(
+        file.read("value"), *map(file.read, names), strict=True
+    ):
+        if n > 1:
+            ends = f"{percent(low)} to {percent(high)} %"
+            row = f"{value:g}", f"{n:,}", f"{above:,}", f"{percent(above / n)} %", ends
+            found.add_row(*row, words[int(side)])
+    return found
+
+
+def samples_problems(config: Config) -> Iterator[str]:
+    """Error line about samples that cannot show that the probability is below its target."""
+    most, target = config.mistuning.samples, config.threshold.probability
+    if most < (needed := needed_below(target, 0)):
+        yield (
+            f"mistuning.samples: {most:,} disks cannot show that a probability is below "
+            f"threshold.probability {target:g}, even if none of them exceeds the limit; "
+            f"{needed:,} can (5.3/P), or leave samples out"
+        )
 
 
 def results(config: Config, search: Search) -> dict[str, Any]:
     """What a search tells, by the names in the result file."""
     ends = probability_interval(search.n_above, search.n_done, Z_95)
     low, high = np.where(search.n_done > 0, ends, np.nan)
-    crossing = search.crossing()
+    crossings, values = search.crossings(), values_of(config)
     return {
         "n_disks": search.n_done,
         "n_above": search.n_above,
         "probability_low": low,
         "probability_high": high,
         "side": search.sides(),
-        "crossing": config.threshold.values[list(crossing)] if crossing else np.full(2, np.nan),
+        "crossing": values[list(crossings[0])] if crossings else np.full(2, np.nan),
     }
+
+
+def values_of(config: Config) -> np.ndarray:
+    """Values of the key that may be tested, whole ones of a key with whole numbers (V,)."""
+    values, now = config.threshold.values, config.value(config.threshold.key or "")
+    now = now[0] if isinstance(now, list) and len(now) == 1 else now
+    is_whole = isinstance(now, int) and not isinstance(now, bool)
+    return np.unique(np.round(values)) if is_whole else values
 
 
 def at_value(config: Config, value: float) -> Config:
     """The configuration with a value of the key. Raises InputError for one that is not allowed."""
     key = config.threshold.key or ""
-    before = config.by_path().get(key)
-    number = int(value) if isinstance(before, int) and value.is_integer() else value
-    return config.replace({key: [number] if isinstance(before, list) else number})
+    before = config.value(key)
+    if isinstance(before, list) and len(before) > 1:
+        instead = " or casing.clearance_offset_mm" if key == "casing.clearance_hz_mm" else ""
+        raise InputError(f"{key} has {len(before)} values; name one, such as {key}[0]{instead}")
+    return config.replace({key: [value] if isinstance(before, list) else value})
 
 
 def search_of(file: ResultFile) -> Search:
     """State of the search in a result file."""
-    n_disks, n_above = file.read("n_disks"), file.read("n_above")
-    most = file.config.mistuning.samples
-    return Search(n_disks, n_above, file.config.threshold.probability, most)
+    return Search(severities(file), file.read("n_disks"), file.config.threshold.probability)
 
 
 def crossing_in_words(file: ResultFile) -> str:
     """The value that meets the limit, in words."""
     asked, (low, high) = file.config.threshold, file.read("crossing")
-    what = f"the probability of exceeding the limit crosses {100 * asked.probability:g} %"
+    value, side = file.read("value"), file.read("side")
+    name, unit = name_and_unit(Config, asked.key or "")
+    does = f"the probability of exceeding {limits_in_words(file.config)}"
+    target = f"{percent(asked.probability)} %"
     if np.isfinite(low):
-        fall = file.read("side")[0] > 0
+        safe, other = (high, low) if side[value == low][0] > 0 else (low, high)
         return (
-            f"{what} between {asked.key} = {low:g} and {high:g}; it "
-            f"{'falls' if fall else 'rises'}, so {high if fall else low:g} is on the safe side"
+            f"{name} of {safe:g}{unit} ({asked.key}) keeps {does} below {target}, with 99 % "
+            f"confidence; {other:g}{unit} does not"
         )
-    sides = file.read("side")[[0, -1]]
-    if UNKNOWN in sides:
-        return f"{what} at no value of {asked.key} that is known yet"
-    words = "below" if sides[0] < 0 else "above"
-    ends = f"{asked.lowest:g} and {asked.highest:g}"
+    range_of = f"{name} from {value[0]:g} to {value[-1]:g}{unit} ({asked.key})"
+    if not side.any():
+        return f"{does} is not known yet to be above or below {target}; tried: {range_of}"
+    certain = value[np.flatnonzero(side)]
+    at = " and ".join(f"{v:g}" for v in dict.fromkeys(certain[[0, -1]]))
     return (
-        f"{what} at no value: at {asked.key} = {ends}, and at the values computed between them, it "
-        f"is {words} that"
+        f"{does} is {'below' if side.min() < 0 else 'above'} {target} at all values tried: "
+        f"{range_of}; at {at}{unit} with 99 % confidence"
     )
+
+
+def other_crossings(file: ResultFile) -> Iterator[str]:
+    """Lines about all crossings, where there are several."""
+    search, value = search_of(file), file.read("value")
+    crossings = search.crossings()
+    if len(crossings) > 1:
+        sides = search.sides()
+        words = (
+            f"between {value[a]:g} and {value[b]:g} it {'falls' if sides[a] > 0 else 'rises'}"
+            for a, b in crossings
+        )
+        yield f"the probability crosses the target several times: {'; '.join(words)}"
 
 
 STUDY = Threshold()

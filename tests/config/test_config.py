@@ -214,3 +214,45 @@ def test_a_spike_of_a_measured_casing_decides_the_step_or_is_refused():
     assert 0.5 < in_a_step * 32 / (2 * beyond) < 2.0
     with pytest.raises(InputError, match="casing: its narrowest crest needs"):
         Config.from_yaml(_with_spike(0.002))
+
+
+def test_speeds_in_revolutions_per_minute_are_kept_in_hertz():
+    config = Config.from_yaml("speeds: {from_rpm: 2010, to_rpm: 2130, step_rpm: 3}")
+    same = Config.from_yaml("speeds: {from_hz: 33.5, to_hz: 35.5, step_hz: 0.05}")
+    assert config == same
+    assert Config.from_yaml(config.to_yaml()) == config
+    both = "speeds: {from_rpm: 2010, from_hz: 33.5}"
+    told = refusal(Config.from_yaml, both)
+    assert told.startswith("speeds.from_rpm: 2010 and speeds.from_hz: 33.5 are both given")
+    assert "speeds.to_rpm: 'on' is not a number" in refusal(
+        Config.from_yaml, "speeds: {to_rpm: on}"
+    )
+
+
+def test_a_casing_has_the_values_of_its_material_unless_they_are_given():
+    def ring(keys):
+        return Config.from_yaml(f"casing: {{ring: {{thickness_mm: 10, {keys}}}}}")
+
+    titanium = ring("material: titanium")
+    assert titanium.casing.ring.young_modulus == 114e9
+    assert titanium.casing.ring.density_kg_m3 == 4430
+    assert ring("material: titanium, density_kg_m3: 4500").casing.ring.density_kg_m3 == 4500
+    nickel = titanium.replace({"casing.ring.material": "nickel"})
+    assert nickel.casing.ring.young_modulus_gpa == 200
+    assert ring("width_mm: 50").casing.ring.density_kg_m3 == 7800
+    assert Config.from_yaml(nickel.to_yaml()) == nickel
+
+
+@pytest.mark.parametrize(
+    ("path", "told"),
+    [
+        ("casing.harmonics[1].order", "the input gives 1 element there, counted from 0"),
+        ("casing.harmonics.order", "order is a key of one element of a list; name it, as in [0]"),
+        ("casing.n_bumps[0]", "n_bumps is not a section"),
+        ("[]", "unknown key"),
+    ],
+)
+def test_an_element_of_a_list_that_is_not_there_is_refused(path, told):
+    config = Config.from_yaml("casing: {n_bumps: 3, harmonics: [{order: 2, amplitude_mm: 0.3}]}")
+    assert config.replace({"casing.harmonics[0].order": 5}).casing.harmonics[0].order == 5
+    assert told in refusal(config.replace, {path: 3})

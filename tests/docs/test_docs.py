@@ -81,6 +81,29 @@ def test_the_path_of_a_number_leads_to_an_amplitude():
     assert names["result"].amplitude.min() > names["config"].clearance
 
 
+def test_arrivals_at_probes_have_the_motion_of_the_tip(tmp_path, monkeypatch):
+    """At the moment of its arrival a tip is deflected by what tip timing makes of it."""
+    (tmp_path / "results").mkdir()
+    example = DOCS / "examples" / "time_response.h5"
+    shutil.copy(example, tmp_path / "results")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(code("tip_timing.md", "python")[0], names)
+    table, n_probes = names["table"], len(names["PROBES_DEG"])
+    with h5py.File(example) as file:
+        time, motion = file["time_s"][()], file["tangential_m"][-1]
+    turns = names["speed_hz"] * np.ptp(time)
+    assert len(table) == pytest.approx(turns * motion.shape[1] * n_probes, rel=0.05)
+    for row in table.sample(20, random_state=1).itertuples():
+        tip = np.interp(row.arrival_s, time, motion[:, row.blade - 1])
+        assert row.deflection_m == pytest.approx(tip, rel=1e-6, abs=1e-9)
+        angle = names["PROBES_DEG"][row.probe - 1] / 360
+        at_rest = (row.blade - 1) / 12 + names["speed_hz"] * row.arrival_s
+        arc = tip / (2 * np.pi * names["radius"])
+        assert at_rest + arc == pytest.approx(row.revolution + angle, abs=1e-9)
+    assert (tmp_path / "arrivals.csv").read_text().startswith("blade,probe,revolution,arrival_s")
+
+
 def test_the_example_of_a_site_sets_what_the_scripts_read(tmp_path):
     setting = re.compile(r"^(\w+)(?==|\(\))", re.MULTILINE)
     (block,) = (text for text in code("cluster.md", "") if "STOP_BEFORE" in text)

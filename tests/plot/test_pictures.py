@@ -33,12 +33,12 @@ def draw(*arguments):
 
 
 def test_the_main_figure_is_named_as_the_result_others_after_themselves(modal, folder):
-    assert draw(modal, "--out", "all") == 0
+    assert draw(modal, "--output", "all") == 0
     names = ["modal.png", "modal_mode_shapes.png", "modal_safe_diagram.png"]
     assert sorted(path.name for path in (folder / "all").iterdir()) == names
-    assert draw(modal, "--out", "all", "--figure", "mode_shapes", "--mode", 4) == 0
+    assert draw(modal, "--output", "all", "--figure", "mode_shapes", "--mode", 4) == 0
     assert (folder / "all" / "modal_mode_shapes_mode_4.png").exists()
-    assert draw(modal, "--out", "vector", "--figure", "safe_diagram", "--format", "pdf") == 0
+    assert draw(modal, "--output", "vector", "--figure", "safe_diagram", "--format", "pdf") == 0
     assert (folder / "vector" / "modal_safe_diagram.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -66,7 +66,7 @@ def test_of_many_blades_the_shapes_that_the_file_holds_are_drawn(folder):
 def test_a_file_without_results_has_no_figure_of_them(folder, capsys, study):
     """It was a traceback."""
     lay_out("empty.h5", f"study: {study}\nhistory: {{duration_s: 0.5}}\n")
-    assert draw("empty.h5", "--out", ".") == 2
+    assert draw("empty.h5", "--output", ".") == 2
     error = capsys.readouterr().err
     assert "empty.h5: figure " in error
     assert error.count("nothing is computed") == error.count("\n") > 0
@@ -77,14 +77,14 @@ def test_a_file_without_results_has_no_figure_of_them(folder, capsys, study):
 def test_a_picture_is_replaced_whole(modal, folder, kind):
     picture = Path(f"modal_safe_diagram.{kind}")
     picture.write_bytes(b"a photo")
-    assert draw(modal, "--out", ".", "--figure", "safe_diagram", "--format", kind) == 0
+    assert draw(modal, "--output", ".", "--figure", "safe_diagram", "--format", kind) == 0
     assert picture.read_bytes() != b"a photo"
     assert not list(folder.glob("*hpcrub-part*"))
 
 
 def test_one_picture_that_cannot_be_written_does_not_keep_the_others(modal, folder, capsys):
     Path("modal_safe_diagram.png").mkdir()
-    assert draw(modal, "--out", ".") == 1
+    assert draw(modal, "--output", ".") == 1
     assert "the figure modal_safe_diagram.png: Is a directory" in capsys.readouterr().err
     assert Path("modal.png").exists()
     assert Path("modal_mode_shapes.png").exists()

@@ -1,73 +1,99 @@
-"""Bisection of a probability: the truth lies in the interval, with few of all disks."""
+"""Search for a probability: the truth lies in the range found, with few of all disks."""
 
 import numpy as np
 import pytest
+from scipy.special import ndtri
+from scipy.stats import binomtest
 
-from hpcrub.statistics.threshold import ABOVE, BELOW, Search
+from hpcrub.statistics.threshold import ABOVE, BELOW, FIRST_DISKS, Search, needed_below
 
 VALUES = np.linspace(0, 1, 33)
+SCATTER = 0.1  # of the logarithm of the severities of disks
 
 
-def searched(chance, target, most, seed):
-    """A whole search among disks that are above the limit with a chance at every value."""
-    drawn = np.random.default_rng(seed).uniform(size=most)  # the same disks at every value
-    above = drawn < chance[:, None]
-    return Search.followed(above, np.ones(above.shape, dtype=bool), target)
+def drawn(middle, most, seed):
+    """Severities of the same disks at every value, with the logarithm of their median there."""
+    scatter = SCATTER * np.random.default_rng(seed).normal(size=most)
+    return np.exp(np.asarray(middle)[:, None] + scatter)
+
+
+def searched(middle, target, most, seed):
+    """A whole search among such disks."""
+    severity = drawn(middle, most, seed)
+    return Search.followed(severity, np.ones(severity.shape, dtype=bool), target)
 
 
 def test_a_search_goes_on_where_its_disks_end_whatever_else_is_known():
-    above = np.random.default_rng(1).uniform(size=60) < np.linspace(0.0, 1.0, 9)[:, None]
-    known, n_looks = np.zeros(above.shape, dtype=bool), 0
+    severity = drawn(0.3 - VALUES[:9], 60, 1)
+    known, n_rounds = np.zeros(severity.shape, dtype=bool), 0
     known[3] = True  # looked at by another search
-    while look := Search.followed(above, known, 0.3).next_look():
-        value, n = look
-        assert Search.followed(above, known, 0.3).n_done[value] < n <= 60
-        known[value, :n] = True
-        n_looks += 1
-        assert n_looks < 500
-    whole, found = (Search.followed(above, k, 0.3) for k in (np.ones_like(known), known))
+    while looks := (search := Search.followed(severity, known, 0.3)).next_looks():
+        for value, n in looks:
+            assert search.n_done[value] < n <= 60
+            known[value, :n] = True
+        n_rounds += 1
+        assert n_rounds < 100
+    whole, found = (Search.followed(severity, k, 0.3) for k in (np.ones_like(known), known))
     np.testing.assert_array_equal(found.n_done, whole.n_done)
-    np.testing.assert_array_equal(found.n_above, whole.n_above)
 
 
-@pytest.mark.parametrize(("target", "most"), [(0.01, 3000), (0.1, 1000), (0.5, 500)])
+@pytest.mark.parametrize(
+    ("target", "most"), [(0.001, 20_000), (0.01, 3000), (0.1, 1000), (0.5, 500)]
+)
 @pytest.mark.parametrize("falls", [True, False])
-def test_the_crossing_is_found_with_a_fifth_of_all_disks(target, most, falls):
-    """Of a logistic chance, forty times: in nine of ten the interval holds the truth."""
-    sign = 25 if falls else -25
-    truth = 0.6 + np.log(1 / target - 1) / sign
-    chance = 1 / (1 + np.exp((VALUES - 0.6) * sign))
+def test_the_crossing_is_found_with_little_more_than_one_value_needs(target, most, falls):
+    """The truth lies in the range found, forty times; a value on the safe side needs 5.3/P."""
+    middle = 3.0 * (VALUES - 0.4) * (-1 if falls else 1)
+    truth = 0.4 + SCATTER * ndtri(target) / 3.0 * (1 if not falls else -1)
     held, width, disks = 0, [], []
     for seed in range(40):
-        found = searched(chance, target, most, seed)
-        crossing = found.crossing()
-        assert crossing is not None
-        assert found.is_monotone()
-        low, high = VALUES[list(crossing)]
-        held += low <= truth <= high
-        width.append(high - low)
+        found = searched(middle, target, most, seed)
+        ((a, b),) = found.crossings()
+        held += VALUES[a] <= truth <= VALUES[b]
+        width.append(b - a)
         disks.append(found.n_done.sum())
-    assert held >= 36
-    assert np.mean(width) < 3.5 / 32
-    assert np.mean(disks) < 0.2 * len(VALUES) * most
+    assert held >= 38
+    assert np.mean(width) < 3.0
+    assert np.mean(disks) < len(VALUES) + 10 * FIRST_DISKS + 2.5 * needed_below(target, 0)
+
+
+def test_a_resonance_that_passes_between_coarse_values_is_found():
+    """The probability is 1 at 13 and 14 of 33 values and 0 at all others."""
+    middle = np.full(33, -0.5)
+    middle[13:15] = 0.5
+    found = searched(middle, 0.2, 400, 1)
+    assert found.crossings() == [(12, 13), (14, 15)]
+    assert found.n_done.sum() < 300
 
 
 @pytest.mark.parametrize("side", [BELOW, ABOVE])
-def test_where_nothing_crosses_the_ends_say_so_with_few_disks(side):
-    chance = np.full(33, 0.001 if side == BELOW else 0.9)
-    found = searched(chance, 0.1, 1000, 3)
-    assert found.crossing() is None
-    assert found.sides()[0] == found.sides()[-1] == side
-    assert found.n_done.sum() < 500
+def test_where_nothing_crosses_one_value_speaks_for_all(side):
+    """A hopeless range took all disks at five values: 5.3/P each."""
+    found = searched(side * (1.0 + VALUES), 0.001, 20_000, 3)
+    assert not found.crossings()
+    assert found.sides()[0] == side
+    assert not (found.sides() == -side).any()
+    most = needed_below(0.001, 0) if side == BELOW else 0
+    assert found.n_done.sum() <= len(VALUES) + 10 * FIRST_DISKS + most
 
 
-def test_a_probability_that_rises_and_falls_again_is_not_monotone():
-    chance = np.where(np.abs(VALUES - 0.5) < 0.2, 0.9, 0.001)
-    chance[-1] = 0.95
-    assert not searched(chance, 0.1, 1000, 3).is_monotone()
+def test_a_probability_that_is_the_target_everywhere_is_on_no_side():
+    found = searched(np.full(33, SCATTER * ndtri(0.1)), 0.1, 100, 1)
+    assert not found.crossings()
 
 
-def test_ends_that_stay_undecided_have_no_crossing():
-    found = searched(np.full(33, 0.1), 0.1, 100, 1)
-    assert found.crossing() is None
-    assert (found.n_done[[0, -1]] == 100).all()
+@pytest.mark.parametrize("n_above", [0, 1, 7])
+def test_so_many_disks_are_the_least_that_show_a_probability_below(n_above):
+    n = needed_below(0.01, n_above)
+    ends = [
+        binomtest(n_above, disks).proportion_ci(0.99, method="exact").high for disks in (n - 1, n)
+    ]
+    assert ends[1] < 0.01 <= ends[0]
+    assert needed_below(0.001, 0) == 5296  # ln(200) / 0.001
+
+
+def test_disks_that_touch_nothing_or_have_no_result_have_a_severity():
+    severity = np.zeros((5, 600))
+    severity[0] = np.nan
+    found = Search.followed(severity, np.ones(severity.shape, dtype=bool), 0.01)
+    assert found.crossings() == [(0, 1)]

@@ -120,19 +120,31 @@ def test_disks_without_a_result_or_that_do_not_touch_have_a_figure(sampled, tmp_
 @pytest.mark.parametrize(
     ("goal", "told"),
     [
-        ("probability_below: 0.01", "even if none of them exceeds the limit, it is below 0.039"),
+        ("probability_below: 0.01", "below 0.01, even if none of them exceeds the limit; 597 can"),
         ("probability_below: 0.04", ""),
         ("probability_error: 0.01", "tell no probability to limits.probability_error 0.01"),
         ("probability_error: 0.1", ""),
     ],
 )
-def test_a_goal_that_all_samples_cannot_meet_is_told_before(goal, told):
-    """Of 150 disks without an event the 99.5 % interval ends at 1 - 0.0025^(1/150) = 0.0392."""
+def test_a_goal_that_all_samples_cannot_meet_is_refused_before(goal, told):
+    """Without an event a probability of 0.01 is seen at ln(0.0025)/ln(0.99) = 596.2 disks."""
     config = Config.from_yaml(STUDY.replace("probability_error: 0.4", goal))
-    lines = [*rare.STUDY.warnings(config, rare.STUDY.prepare(config))]
-    found = [line for line in lines if line.startswith("mistuning.samples")]
+    found = [line for line in rare.STUDY.problems(config) if line.startswith("mistuning.samples")]
     assert len(found) == bool(told)
     assert told in "".join(found)
+
+
+@pytest.mark.parametrize(
+    "goal", ["probability_below: 0.01", "probability_error: 0.5, probability_below: 0.1"]
+)
+def test_samples_that_are_not_given_are_as_many_as_the_goal_needs(goal):
+    text = f"study: rare\nlimits: {{amplitude_mm: 10, {goal}}}\n"
+    config = Config.from_yaml(text)
+    assert not [*rare.STUDY.problems(config)]
+    assert config.mistuning.half_range_percent == (4.0,)
+    n = config.mistuning.samples
+    assert n < 50_000
+    assert rare.goal_of(config).is_met(rare.supposed(config) * n, n)
 
 
 @pytest.mark.parametrize("override", REFUSED)

@@ -1,5 +1,6 @@
 """The value of a key that meets a limit: beside brute force, after a stop."""
 
+import json
 import re
 import shutil
 
@@ -10,13 +11,14 @@ import pytest
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.ranks.progress import duration
-from hpcrub.results.verdict import USELESS
+from hpcrub.results.verdict import SINGLE, USELESS
 from hpcrub.runs import cost
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.studies import open_result
 from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
-from tests.program import TINY, computed, datasets, load, run_here
+from hpcrub.studies.threshold import at_value, n_to_tell, values_of
+from tests.program import TINY, computed, datasets, load, refusal, run_here
 from tests.studies.common import (
     largest_amplitudes,
     lines_of_progress,
@@ -28,7 +30,7 @@ STUDY = (
     TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[4]")
     + """\
 study: threshold
-threshold: {key: casing.clearance_mm, lowest: 0.2, highest: 1.4, tolerance: 0.3, probability: 0.4}
+threshold: {key: casing.clearance_mm, lowest: 0.2, highest: 1.4, tolerance: 0.6, probability: 0.4}
 limits: {amplitude_mm: 10}
 """
 )
@@ -42,7 +44,10 @@ REFUSED = {
     "threshold.key=casing.n_bumps": "casing.n_bumps",
     "threshold.key=mistuning.tuned_runs": "mistuning.tuned_runs changes no disk",
     "casing.clearance_hz_mm=[[30, 0.3], [40, 0.2]]": "it cannot be combined with casing.clear",
-    "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 1024",
+    "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 512",
+    "threshold.probability=0.05": "60 disks cannot show .* threshold.probability 0.05.* 104",
+    "threshold.key=casing.clearance_hz_mm[0][1]": "the input gives 0 elements there",
+    "threshold.key=speeds": "threshold.key: 0.2: speeds",
 }
 
 
@@ -148,9 +153,68 @@ def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
     assert lost.severity == USELESS
 
 
+def test_a_tolerance_that_was_not_reached_is_told_with_what_would_reach_it(brute):
+    """The verdict was "usable" where 1 N was asked and 9 were reached."""
+    folder, *_ = brute
+    shutil.copy(folder / "one.h5", folder / "wide.h5")
+    with open_result(folder / "wide.h5", mode="r+") as file:
+        assert not any("known within" in f.why for f in THRESHOLD.findings(file))
+        low, high = file.read("crossing")
+        values, n = file.read("value"), file.read("n_disks")
+        n[(values > values[0]) & (values < high)] = 3  # too few to be certain
+        file.write({"n_disks": n}, ())
+        (found,) = (f for f in THRESHOLD.findings(file) if "known within" in f.why)
+    assert found.severity == SINGLE
+    assert "not 0.6, as threshold.tolerance asks" in found.advice
+    n_told = n_to_tell(0.01, 0.004)  # what would reach it, where 4 of 1,000 exceed the limit
+    high = probability_interval(round(0.004 * n_told), n_told, 2.807)[1]
+    assert high == pytest.approx(0.01, rel=0.05)
+
+
+def key(text, **asked):
+    """Input of a search for a key, beside some text."""
+    rows = ", ".join(f"{name}: {json.dumps(value)}" for name, value in asked.items())
+    return Config.from_yaml(f"study: threshold\nthreshold: {{{rows}}}\n{text}")
+
+
+def test_a_key_with_whole_numbers_has_whole_values():
+    """Of 1 to 4, 1.75 was tried and refused."""
+    config = key("", key="casing.n_bumps", lowest=1, highest=4, tolerance=1)
+    np.testing.assert_array_equal(values_of(config), [1, 2, 3, 4])
+    assert at_value(config, 3.0).casing.n_bumps == 3
+
+
+def test_an_element_of_a_list_is_a_key():
+    text = "casing: {harmonics: [{order: 2, amplitude_mm: 0.1}, {order: 3, amplitude_mm: 0.2}]}\n"
+    config = key(text, key="casing.harmonics[1].amplitude_mm")
+    first, second = at_value(config, 0.7).casing.harmonics
+    assert (first.amplitude_mm, second.amplitude_mm, second.order) == (0.1, 0.7, 3)
+    whole = key(text, key="casing.harmonics[0].order", lowest=2, highest=5)
+    np.testing.assert_array_equal(values_of(whole), [2, 3, 4, 5])
+
+
+def test_a_clearance_over_the_speed_is_moved_as_a_whole():
+    text = "casing: {clearance_hz_mm: [[30, 0.3], [40, 0.2]]}\n"
+    config = key(text, key="casing.clearance_offset_mm", lowest=-0.2, highest=0.5)
+    moved = at_value(config, -0.2).casing
+    np.testing.assert_allclose(moved.clearances(np.array([30, 35, 40])), [1e-4, 5e-5, 0], atol=1e-9)
+    assert at_value(config, 0.1).clearance == pytest.approx(config.clearance + 1e-4)
+    told = refusal(at_value, config, -0.25)
+    assert "casing.clearance_offset_mm: -0.25 leaves less than no clearance" in told
+
+
+def test_samples_that_are_not_given_are_as_many_as_the_target_needs():
+    """5,000 disks, none beyond, do not show a probability below 0.001: 5,296 are needed."""
+    config = key("limits: {stress_mpa: 350}\n", key="casing.clearance_mm", probability=0.001)
+    assert config.mistuning.samples > 5296
+    assert not [*THRESHOLD.problems(config)]
+    few = config.replace({"mistuning.samples": 5000})
+    assert any("5,296 can" in line for line in THRESHOLD.problems(few))
+
+
 @pytest.mark.parametrize("override", REFUSED)
 def test_what_cannot_be_searched_for_is_refused(folder, override, capsys):
-    assert REFUSED[override] in refused_study(folder, STUDY, override, capsys)
+    assert re.search(REFUSED[override], refused_study(folder, STUDY, override, capsys))
 
 
 def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, capfd):
@@ -169,7 +233,7 @@ def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, 
 
 
 @pytest.mark.parametrize(
-    ("key", "ends", "told"),
+    ("name", "ends", "told"),
     [
         ("casing.clearance_mm", (0.2, 1.4), []),
         ("casing.clearance_mm", (0.2, 12.0), ["2.4 %", "(at casing.clearance_mm = 12)"]),
@@ -177,11 +241,11 @@ def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, 
         ("contact.friction", (0.0, 0.3), ["12 %", "casing.clearance_mm is in mm"]),
     ],
 )
-def test_what_is_not_plausible_is_told_of_both_ends_of_the_range(folder, key, ends, told, capfd):
+def test_what_is_not_plausible_is_told_of_both_ends_of_the_range(folder, name, ends, told, capfd):
     """It was told of the input's own value alone, which is not computed; so was "contact: none"."""
     (folder / "study.yaml").write_text(STUDY)
-    keys = {"key": key, "lowest": ends[0], "highest": ends[1], "tolerance": np.ptp(ends)}
-    options = [f"--set=threshold.{name}={value}" for name, value in keys.items()]
+    keys = {"key": name, "lowest": ends[0], "highest": ends[1], "tolerance": np.ptp(ends)}
+    options = [f"--set=threshold.{where}={value}" for where, value in keys.items()]
     options.append("--set=casing.clearance_mm=60")
     assert run_here("study.yaml", "--dry-run", *options, folder=folder) == 0
     said = capfd.readouterr().out

@@ -187,7 +187,10 @@ def write_tuned(
 
 
 def check_reference(found: Reference, file: ResultFile) -> None:
-    """Raise HpcrubError for a reference by which amplitudes cannot be divided."""
+    """Raise HpcrubError for a reference by which amplitudes cannot be divided.
+
+    Where the casing never reaches the blades that is the answer, and stands for all samples.
+    """
     if np.isnan(found.contact):
         reason = file.read("tuned/point_reason")
         why = "; ".join(status.lines(status.count(reason), reason.size))
@@ -195,11 +198,8 @@ def check_reference(found: Reference, file: ResultFile) -> None:
             f"the tuned disk has no result at any speed, nothing to compare samples with: {why}"
         )
     if not found.contact > 0.0:
-        raise HpcrubError(
-            "the tuned disk is not excited: the casing never reaches the blades "
-            "(casing.clearance_mm beside bump_height_mm, harmonics and profile)"
-        )
-    if not found.usable:
+        contact_file.write_untouched(file)
+    elif not found.usable:
         raise HpcrubError(
             f"the tuned disk moves by {found.contact:.1e} m only, which is rounding: its tips move "
             "radially, and amplitudes are tangential (no lean, no bow, no friction)"

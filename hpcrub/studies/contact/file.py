@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Verdict
 from hpcrub.studies.contact.layout import MOST_LINES, Kind, layout
@@ -37,6 +38,21 @@ def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, An
     status = {"samples/status": there.pop("samples/status")}
     file.write(there, (level, sample))
     file.write(status, (level, sample))
+
+
+def is_untouched(file: ResultFile) -> bool:
+    """Whether no disk moves, because the casing never reaches the blades."""
+    return bool(file.read("tuned/reference_amplitude_m") == 0.0)
+
+
+def write_untouched(file: ResultFile) -> None:
+    """Write all samples as those of disks that nothing touches, which are like the tuned one."""
+    there = set(names(file, "tuned")) & set(names(file, "samples"))
+    alike = {f"samples/{name}": file.read(f"tuned/{name}") for name in there}
+    for name, values in alike.items():
+        whole = np.broadcast_to(values, file.shape(name)[:2] + np.shape(values))
+        file.write({name: whole}, ())
+    file.write({"samples/status": np.full(file.shape("samples/status"), DONE)}, ())
 
 
 def write_statistics(file: ResultFile, kind: Kind, level: int, running: Any) -> None:

@@ -16,9 +16,14 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding, Verdict
 from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
+from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import survey
 from hpcrub.studies.contact.survey import n_counted
 
+NO_CONTACT = (
+    "no contact: the casing reaches the blades at no speed, so that no disk moves and no limit is "
+    "exceeded (casing.clearance_mm beside bump_height_mm, harmonics and profile)"
+)
 FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is worth much
 
 
@@ -34,6 +39,9 @@ def short(file: ResultFile) -> list[str]:
 
 
 def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
+    if contact_file.is_untouched(file):
+        yield Finding(REMARK, "no contact", NO_CONTACT)
+        return
     config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY]) - counts.growing
     yield from findings.points_without_result(
         counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points

@@ -14,16 +14,40 @@ from hpcrub.studies.contact.survey import Survey, finished, n_failed
 CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
 
 
+def limits_in_words(config: Config) -> str:
+    """The limits that are given, such as "30 mm or 350 MPa"."""
+    return " or ".join(_by_limit(config, np.zeros(1), np.zeros(1)))
+
+
 def severity(config: Config, amplitude: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """Amplitude [m] or stress [Pa] over its limit, the larger of both ratios; NaN: no result."""
-    limits, ratio = config.limits, np.where(np.isfinite(amplitude), 0.0, np.nan)
+    ratio = np.where(np.isfinite(amplitude), 0.0, np.nan)
+    for part in _by_limit(config, amplitude, stress).values():
+        ratio = np.maximum(ratio, part)
+    return ratio
+
+
+def _by_limit(config: Config, amplitude: np.ndarray, stress: np.ndarray) -> dict[str, np.ndarray]:
+    """Amplitude or stress over each limit, by the limit in words."""
+    limits, ratios = config.limits, {}
     if limits.amplitude_mm is not None:
-        ratio = np.maximum(ratio, amplitude / limits.amplitude)
+        ratios[f"{limits.amplitude_mm:g} mm"] = amplitude / limits.amplitude
     if limits.stress is not None:
         by_factor = limits.stress_mpa_per_mm is not None
         of = limits.stress_per_metre * amplitude if by_factor else stress
-        ratio = np.maximum(ratio, of / limits.stress)
-    return ratio
+        ratios[f"{1e-6 * limits.stress:.4g} MPa"] = of / limits.stress
+    return ratios
+
+
+def by_limit_line(file: ResultFile) -> Iterator[str]:
+    """Line that says how many of all disks are beyond which limit, where there are several."""
+    size = file.read("peak_amplitude_m"), file.read("peak_stress_pa")
+    ratios = _by_limit(file.config, *size)
+    if len(ratios) > 1:
+        counts = (
+            f"{np.count_nonzero(ratio > 1.0):,} beyond {words}" for words, ratio in ratios.items()
+        )
+        yield f"of all disks computed {', '.join(counts)}"
 
 
 def severities(file: ResultFile) -> np.ndarray:

@@ -18,7 +18,8 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import findings, layout, summary
 from hpcrub.studies.contact.amplification import n_runs
-from hpcrub.studies.contact.file import read_verdict
+from hpcrub.studies.contact.file import is_untouched, read_verdict
+from hpcrub.studies.contact.limits import limit_lines
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 from hpcrub.studies.contact.survey import n_counted
 
@@ -101,6 +102,9 @@ class Contact(Study):
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """One line: peaks of the tuned disk and at the widest level, amplifications, verdict."""
+        if is_untouched(file):
+            yield findings.NO_CONTACT
+            return
         quantity = layout.AMPLITUDES[layout.amplitude(file.config)]
         text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
         where = -1, slice(n_counted(file))
@@ -118,6 +122,11 @@ class Contact(Study):
             ratios = np.percentile(file.read("samples/amplification", where)[done], at)
             text += f", A_nl {' / '.join(f'{ratio:.3f}' for ratio in ratios)}"
         yield f"{text}; {verdict.words}" if verdict else text
+
+    def conclusion(self, file: ResultFile, usable: bool) -> list[str]:
+        """The probabilities of exceeding the limits, if there are limits; else the report."""
+        limited = [] if is_untouched(file) else list(limit_lines(file, usable))
+        return limited or list(self.report(file))
 
 
 STUDY = Contact()

@@ -16,6 +16,7 @@ from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
 from hpcrub.studies.contact import limits, measured, survey
+from hpcrub.studies.contact.file import is_untouched
 from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, LINEAR, amplitude
 
 AMPLIFICATIONS = Spread(
@@ -30,6 +31,8 @@ def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
 
     usable: whether the verdict calls percentiles usable; width: of the tables, in letters.
     """
+    if is_untouched(file):
+        return
     counts = survey.survey(file)
     if file.config.pattern_deviation is not None:
         yield pattern_table(file)

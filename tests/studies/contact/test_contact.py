@@ -243,14 +243,18 @@ def test_stability_limit_counts_the_stiffest_sample(tiny_config):
 @pytest.mark.parametrize(
     "shape", ["casing.clearance_mm=2", "casing.harmonics=[{order: 2, amplitude_mm: 0.2}]"]
 )
-def test_a_casing_that_reaches_no_blade(tiny, folder, capfd, monkeypatch, shape):
-    """Said by the run and by a resume, which integrates no sample."""
-    assert run_here(tiny, "--set", shape) == 1
+def test_no_contact_is_an_answer(tiny, folder, capfd, monkeypatch, shape):
+    """It was a failure, exit code 1, and --status stayed at 75; a resume integrates nothing."""
+    assert run_here(tiny, "--set", shape) == 0
     monkeypatch.setattr(sweep, "run_sweep", lambda *_, **__: pytest.fail("nothing is to be done"))
-    assert run_here(tiny, "--set", shape, "--resume") == 1
-    first, second = error_lines(capfd.readouterr().err)
-    assert first == second
-    assert "the casing never reaches the blades" in first
+    assert run_here(tiny, "--set", shape, "--resume") == 0
+    assert run_here(tiny, "--set", shape, "--status") == 0
+    said = capfd.readouterr()
+    assert not error_lines(said.err)
+    assert said.out.count("no contact: the casing reaches the blades at no speed") == 2
+    found = contents(folder / "results" / "tiny.h5")
+    assert not found["samples/peak_amplitude_m"].any()
+    assert not found["samples/amplitude_m"].any()
 
 
 def test_a_reference_that_is_rounding_is_refused(tiny, folder, capfd):
