@@ -361,7 +361,7 @@ def test_disks_that_fill_the_lanes_together_have_the_bits_of_each_alone():
     """In any order, some speeds alone, started at rest or going on; more points than lanes."""
     scene, narrow = short_sweep(), short_sweep(lanes=(4, WIDTH))
     samples = [sample(5, s * ORDINARY) for s in (1.0, -1.0, 0.3, 0.0)]
-    chosen = [None, [3, 0], None, [1]]
+    chosen = [None, [3, 2, 0], None, [1]]
 
     def disks(order, motions):
         return [Disk(samples[i], chosen[i], motions[i]) for i in order]
@@ -373,7 +373,7 @@ def test_disks_that_fill_the_lanes_together_have_the_bits_of_each_alone():
     for _ in range(2):
         expected = [run_sweep(disk.modes, narrow, ASKED, selection=disk[1], motion=disk[2])
                     for disk in disks(range(4), alone)]  # fmt: skip
-        order = [2, 0, 3, 1]
+        order = [0, 3, 1, 2]  # a lane that is taken again starts at rest
         found = dict(run_sweeps(disks(order, kept), scene, ASKED))
         for place, i in enumerate(order):
             assert same_bits(found[place], expected[i])
@@ -384,7 +384,7 @@ def test_disks_that_fill_the_lanes_together_have_the_bits_of_each_alone():
     amplitudes = [result.amplitude for result in expected]
     assert np.isfinite(amplitudes[0]).all()
     assert np.isfinite(expected[0].stress).all()
-    assert np.isfinite(amplitudes[1]).tolist() == [True, False, False, True]
+    assert np.isfinite(amplitudes[1]).tolist() == [True, False, True, True]
     assert abs(amplitudes[0] / amplitudes[2] - 1.0).max() > 1e-2
 
 
