@@ -8,11 +8,10 @@ series, the other way, turns forces of the blades into modal forces.
 Blades that deviate by δ_b from the modes push along their own modes y_bj in every step, by the
 motion at its begin, which the forces of contact in the step before belong to,
 
-    −δ_b (y + s_j (y − y⁻)),    s_j = ξ/(ω_j h),
+    −δ_b (y + s_j (y − y⁻)),    s_j about ξ/(ω_j h),
 
 where y⁻ is y at the begin of the step before. The second part keeps the damping ratios of the
-mistuned disk those of the tuned one. δ_b is corrected for each j, so that a single mode keeps its
-exact frequency (`deviations`).
+mistuned disk those of the tuned one (`cyclic_arrays.blade_stiffness`).
 """
 
 import itertools
@@ -22,7 +21,7 @@ import numpy as np
 
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, State
-from hpcrub.contact.cyclic_arrays import CyclicArrays, deviations, lags
+from hpcrub.contact.cyclic_arrays import CyclicArrays, blade_stiffness
 from hpcrub.contact.cyclic_series import (
     find_late_forces,
     gather_forces,
@@ -232,7 +231,7 @@ class Cyclic(CyclicArrays):
             points=blades.points.T.ravel(), seen_rows=blades.observed.T.ravel(),
             blade_of=place[0], place=place[1],
             **v.lane_arrays(
-                width, deviation=n_modes * n_blades, lag=n_modes,
+                width, deviation=n_modes * n_blades, lag=n_modes * n_blades,
                 series=n_waves * max(n_motion, n_seen), blade_series=n_waves * n_blade,
                 even=padded, odd=padded, local=n_modes * n_blades, before=n_modes * n_blades,
                 late=2 * n_modes * padded, force=6 * n_points * padded,
@@ -258,9 +257,9 @@ class Cyclic(CyclicArrays):
         modes, rows: at the speed of the lane; bank: with the coefficients of the lane.
         """
         h = bank.scheme.step[lane]
-        exact = scene.scheme == "exact_modal"
-        self.deviation[:, lane] = -deviations(modes, h if exact else 0.0).T.ravel()
-        self.lag[:, lane] = lags(modes, scene.damping_ratio) / h
+        is_exact = scene.scheme == "exact_modal"
+        deviation, lag = blade_stiffness(modes, scene.damping_ratio, h, is_exact)
+        self.deviation[:, lane], self.lag[:, lane] = -deviation.T.ravel(), lag.T.ravel()
 
     def start(self, bank: Bank, lane: int) -> None:
         """Find the motion of the blade modes of a lane that does not start at rest (modified)."""
@@ -269,7 +268,7 @@ class Cyclic(CyclicArrays):
 
     def _on_blades(self, position: np.ndarray) -> np.ndarray:
         """Blade modes (J·N,) [m·√kg/s] at modal coordinates (R,)."""
-        n_modes = len(self.lag)
+        n_modes = len(self.local) // self.n_blades
         even, odd = (self.blade[:, k : k + n_modes].T * position for k in (0, n_modes))
         return unfolded(even, odd, self.diameters, self.n_blades).sum(axis=2).T.ravel()
 

@@ -29,7 +29,7 @@ class CyclicArrays(NamedTuple):
     blade_of: np.ndarray  # blade of every contact point (C,) int
     place: np.ndarray  # p of every contact point (C,) int
     deviation: np.ndarray  # −δ of mode j of blade b, row j·N + b (J·N, L) [-]
-    lag: np.ndarray  # s_j (J, L) [-]
+    lag: np.ndarray  # s of mode j of blade b, row j·N + b (J·N, L) [-]
     series: np.ndarray  # E and O of points or of observed displacements, work space (H·n, L)
     blade_series: np.ndarray  # E and O of the blade modes, work space (H·n, L)
     even: np.ndarray  # part of a row that is even in b, work space (≥ H, L)
@@ -44,33 +44,29 @@ class CyclicArrays(NamedTuple):
     n_blades: int
 
 
-def deviations(modes: Modes, h: float) -> np.ndarray:
-    """Relative deviations (N, J) that give a mode of a blade its exact frequency at a step h [s].
+def blade_stiffness(
+    modes: Modes, damping: float | Damping, h: float, is_exact: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Relative deviations δ and their lags s (N, J) for a step h [s] (`docs/theory.md`).
 
-    A step takes sin²(θ/2) (1 + s δ) for sin²(θ √(1 + s δ)/2), with θ = ω_j h and s the blade's
-    share of the mode's strain energy. Modes faster than LARGEST_PHASE are no exact ones.
+    With them a mode of a blade has its frequency and damping ratio, as far as it is one of a family
+    alone. Modes in air keep the damping of the tuned disk (`model.aero`).
+
+    damping: of the real modes; is_exact: whether the scheme is `exact_modal`.
     """
     blades: Any = modes.blades
-    energies = blades.energies(modes.omega)
-    share = energies.sum(axis=1)
-    theta = h * np.sqrt(energies @ modes.omega**2 / share)
-    exact = np.repeat(blades.deviation[:, None], len(share), axis=1)
-    changed = share * exact
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sine = np.sin(theta / 2.0 * np.sqrt(1.0 + changed)) / np.sin(theta / 2.0)
-        ratio = (sine**2 - 1.0) / changed
-    apply = (changed != 0.0) & (theta > 1e-4) & (theta < LARGEST_PHASE)
-    return np.where(apply, exact * ratio, exact)
-
-
-def lags(modes: Modes, damping: float | Damping) -> np.ndarray:
-    """Damping ratio over frequency (J,) [s] of every mode of a blade, by the family of the disk.
-
-    Modes in air keep the damping of the tuned disk (`model.aero`).
-    """
-    blades: Any = modes.blades
-    energies = blades.energies(modes.omega)
-    of_disk = ratios_of(damping, modes.omega) / modes.omega
+    energies, of_disk = blades.energies(modes.omega), ratios_of(damping, modes.omega)
     if modes.waves:
         of_disk[modes.waves.rows] = 0.0
-    return energies @ of_disk / energies.sum(axis=1)
+    share = energies.sum(axis=1)  # of the blade in the strain energy of its mode
+    theta = h * np.sqrt(energies @ modes.omega**2 / share)
+    given = np.repeat(blades.deviation[:, None], len(share), axis=1)
+    changed = share * given
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(1.0 + changed)
+        lag = energies @ (of_disk / modes.omega) / share / h
+        lag = lag * np.where(changed == 0.0, 1.0, 2.0 * (root - 1.0) / changed)
+        sine = np.sin(theta / 2.0 * root) / np.sin(theta / 2.0)
+        ratio = (sine**2 - 1.0) / changed / (1.0 + lag * theta**2 / 2.0)
+    slow = (changed != 0.0) & (theta > 1e-4) & (theta < LARGEST_PHASE)
+    return np.where(slow & is_exact, given * ratio, given), lag

@@ -38,10 +38,10 @@ def on_blade(lanes: tuple, basis: CyclicArrays, b: int) -> np.ndarray:
 
 
 @compiled(inline=True, inner=True)
-def blade_force(lanes: tuple, basis: CyclicArrays, at: int, lag: np.ndarray) -> np.ndarray:
+def blade_force(lanes: tuple, basis: CyclicArrays, at: int) -> np.ndarray:
     """Force (L,) of a deviation; at: row of the blade mode in ``local``."""
     y = v.load(lanes, basis.local, at)
-    y = v.fma(lag, y - v.load(lanes, basis.before, at), y)
+    y = v.fma(v.load(lanes, basis.lag, at), y - v.load(lanes, basis.before, at), y)
     return v.load(lanes, basis.deviation, at) * y
 
 
@@ -49,16 +49,15 @@ def blade_force(lanes: tuple, basis: CyclicArrays, at: int, lag: np.ndarray) -> 
 def find_late_forces(lanes: tuple, basis: CyclicArrays) -> None:
     """Series over the blades of the forces of the deviations (basis is modified)."""
     (n_waves, stride), n_blades = basis.cosine.shape, basis.n_blades
-    n_each = basis.lag.shape[0]
+    n_each = basis.local.shape[0] // n_blades
     for j in range(n_each):
-        lag = v.load(lanes, basis.lag, j)
         for first in range(0, n_waves, TILE):
             places = v.consecutive(TIPS, first)
             e = o = v.tile_splat(TIPS, v.splat(lanes, 0.0))
             for b in range(n_waves):
-                both = less = blade_force(lanes, basis, j * n_blades + b, lag)
+                both = less = blade_force(lanes, basis, j * n_blades + b)
                 if 0 < b < n_blades - b:
-                    other = blade_force(lanes, basis, j * n_blades + n_blades - b, lag)
+                    other = blade_force(lanes, basis, j * n_blades + n_blades - b)
                     both, less = both + other, less - other
                 e = v.tile_add(e, basis.cosine, b, places, both)
                 o = v.tile_add(o, basis.sine, b, places, less)
@@ -69,7 +68,7 @@ def find_late_forces(lanes: tuple, basis: CyclicArrays) -> None:
 @compiled(inner=True)
 def move_blades(lanes: tuple, basis: CyclicArrays) -> None:
     """Take the motion of the blade modes from their series (basis is modified)."""
-    n, n_each = basis.blade.shape[1], basis.lag.shape[0]
+    n, n_each = basis.blade.shape[1], basis.local.shape[0] // basis.n_blades
     for j in range(n_each):
         to_blades(lanes, basis, basis.blade_series, j, n_each + j, n)
         for b in range(basis.n_blades):

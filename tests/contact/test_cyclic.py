@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from evidence.validation.report import fitted_order
 from hpcrub.contact.bank import allocate, fill_lane, motion, set_motion
-from hpcrub.contact.cyclic_arrays import deviations, lags
+from hpcrub.contact.cyclic_arrays import blade_stiffness
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
 from hpcrub.contact.recurrence import coefficients
@@ -49,9 +49,9 @@ def by_itself(modes):
 def late(modes, damping_ratio, h):
     """Matrices (K, K) of q and of q before, and factors (K,) of the forces, in a step h."""
     decay, gain = coefficients("exact_modal", modes.omega, ratios_of(damping_ratio, modes.omega), h)
-    y, lag = modes.blades.modes, lags(modes, damping_ratio) / h
-    K = np.einsum("bj,bjk,bjl->kl", deviations(modes, h), y, y) + np.diag(modes.omega**2)
-    C = np.einsum("bj,j,bjk,bjl->kl", deviations(modes, h), lag, y, y)
+    y, (deviations, lag) = modes.blades.modes, blade_stiffness(modes, damping_ratio, h, True)
+    K = np.einsum("bj,bjk,bjl->kl", deviations, y, y) + np.diag(modes.omega**2)
+    C = np.einsum("bj,bj,bjk,bjl->kl", deviations, lag, y, y)
     one, g = np.eye(len(gain)), gain[:, None]
     return one + np.diag(decay) - g * (K + C), g * C - np.diag(decay), gain
 
