@@ -103,7 +103,9 @@ def build_problem(config: Config) -> Problem:
         )
     scene = scene_of(config, interface)._replace(law=law_of(config))
     basis = _basis(reduced, stiffest)
-    return Problem(reduced, scene._replace(lanes=WIDTHS) if basis else scene, basis)
+    if basis:
+        scene = scene._replace(lanes=_lanes(config, are_shared=True))
+    return Problem(reduced, scene, basis)
 
 
 def _stiffest(config: Config) -> float:
@@ -170,9 +172,13 @@ def scene_of(config: Config, interface: Interface | None = None) -> Scene:
     )
 
 
-def _lanes(config: Config) -> Any:
-    """Numbers of lanes for a configuration: as many as its speeds fill, and fewer at the end."""
+def _lanes(config: Config, are_shared: bool = False) -> Any:
+    """Numbers of lanes for a configuration: as many as its speeds fill, and fewer at the end.
+
+    are_shared: whether the samples fill the lanes together.
+    """
     fit = enough(WIDTHS, max(map(len, speed_bands(config.speeds.values_hz))))
+    fit = WIDTHS[-1] if are_shared else fit
     many = config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None]
     return tuple(n for n in WIDTHS if n <= fit) if many else (min(fit, ALONE),)
 
