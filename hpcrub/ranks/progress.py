@@ -71,15 +71,6 @@ def print_item(item: str | Table) -> None:
     out.print(item, soft_wrap=isinstance(item, str) and not out.is_terminal)
 
 
-def as_text(items: Iterable[str | Table]) -> str:
-    """Lines and tables as `print_item` prints them into a log."""
-    text = io.StringIO()
-    out = Console(file=text, width=WIDTH, **PLAIN)
-    for item in items:
-        out.print(item, soft_wrap=isinstance(item, str))
-    return text.getvalue()
-
-
 class Progress:
     """Progress of a study, on rank 0."""
 

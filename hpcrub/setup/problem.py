@@ -102,7 +102,7 @@ def build_problem(config: Config) -> Problem:
             f"of central_difference for this {'disk and casing' if reduced.casing else 'model'}"
         )
     scene = scene_of(config, interface)._replace(law=law_of(config))
-    basis = _basis(reduced, stiffest)
+    basis = _basis(reduced, stiffest + FURTHEST)  # runs of a sample may be stiffer
     if basis:
         scene = scene._replace(lanes=_lanes(config, are_shared=True))
     return Problem(reduced, scene, basis)
@@ -112,16 +112,19 @@ def _stiffest(config: Config) -> float:
     """Largest deviation of a blade in any disk of a configuration [-]."""
     pattern = config.pattern_deviation
     added = max(config.patterns.types_percent) / 100.0 if config.study == "patterns" else 0.0
-    largest = config.mistuning.largest if pattern is None else float(np.max(pattern))
-    return max(largest, 0.0) + max(added, 0.0) + FURTHEST
+    largest = config.mistuning.largest if pattern is None else float(np.max(pattern)) + FURTHEST
+    return max(largest + max(added, 0.0), FURTHEST)
 
 
-def _basis(reduced: ReducedModel, stiffest: float) -> TunedBasis | None:
-    """Basis that all samples share, where a step with it costs little more, or less."""
+def _basis(reduced: ReducedModel, reference: float) -> TunedBasis | None:
+    """Basis that all samples share, where a step with it costs little more, or less.
+
+    reference: deviation of its blades, above that of any blade of a sample [-].
+    """
     forced = os.environ.get("HPCRUB_BASIS")  # for tests: dense or cyclic
     if forced == "dense" or not len(reduced.interface.axial):
         return None
-    basis = tuned_basis(reduced, stiffest)
+    basis = tuned_basis(reduced, reference)
     if basis is None or forced == "cyclic":
         return basis
     return basis if Cyclic.cost(basis.modes) < DEARER * Dense.cost(basis.modes) else None

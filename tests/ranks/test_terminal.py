@@ -105,7 +105,7 @@ def test_the_time_left_is_told_for_the_parts_that_are_expected(expected, capsys)
     job.work += Work(24)
     job.progress.began -= 100.0
     job.progress.shown -= 100.0
-    job._collect(49, 1.0)
+    job._collect([49], 1.0)
     assert capsys.readouterr().out == f"tasks: 50 of {LEFT[expected]}\n"
 
 

@@ -111,7 +111,7 @@ def test_diverged_points_have_no_peak():
 
 @pytest.mark.parametrize("how", ["LinAlgError", "diverged"])
 def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd, how):
-    solve, whole_sweep = disks.mistuned_modes, sweep.run_sweep
+    solve, whole_sweeps = disks.mistuned_modes, sweep.run_sweeps
     bad = disks.stiffness_deviation(2020, 1, 0, 12, 0.04)
 
     def broken_solver(reduced, deviation, *speed):
@@ -119,15 +119,17 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
             raise np.linalg.LinAlgError("Eigenvalues did not converge")
         return solve(reduced, deviation, *speed)
 
-    def broken_sweep(modes, scene, speeds_hz, poll=None, **options):
-        result = whole_sweep(modes, scene, speeds_hz, poll, **options)
-        if how == "diverged" and np.array_equal(modes.omega, solve(REDUCED, bad).omega):
-            return replace(result, point_status=np.full(len(speeds_hz), 3, np.uint8))
-        return result
+    def broken_sweeps(asked, scene, speeds_hz, poll=None, **options):
+        for k, result in whole_sweeps(asked, scene, speeds_hz, poll, **options):
+            if how == "diverged" and np.array_equal(
+                asked[k].modes.omega, solve(REDUCED, bad).omega
+            ):
+                result = replace(result, point_status=np.full(len(speeds_hz), 3, np.uint8))
+            yield k, result
 
     REDUCED = study.build_problem(load(tiny)).reduced
     monkeypatch.setattr(disks, "mistuned_modes", broken_solver)
-    monkeypatch.setattr(sweep, "run_sweep", broken_sweep)
+    monkeypatch.setattr(sweep, "run_sweeps", broken_sweeps)
     assert run_here(tiny) == 0
     out = capfd.readouterr().out
     assert "level 1, sample 0 failed: " in out
