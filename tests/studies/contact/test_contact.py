@@ -119,8 +119,8 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
             raise np.linalg.LinAlgError("Eigenvalues did not converge")
         return solve(reduced, deviation, *speed)
 
-    def broken_sweeps(asked, scene, speeds_hz, poll=None, **options):
-        for k, result in whole_sweeps(asked, scene, speeds_hz, poll, **options):
+    def broken_sweeps(asked, scene, speeds_hz, *more, **options):
+        for k, result in whole_sweeps(asked, scene, speeds_hz, *more, **options):
             if how == "diverged" and np.array_equal(
                 asked[k].modes.omega, solve(REDUCED, bad).omega
             ):
@@ -248,7 +248,7 @@ def test_stability_limit_counts_the_stiffest_sample(tiny_config):
 def test_no_contact_is_an_answer(tiny, folder, capfd, monkeypatch, shape):
     """It was a failure, exit code 1, and --status stayed at 75; a resume integrates nothing."""
     assert run_here(tiny, "--set", shape) == 0
-    monkeypatch.setattr(sweep, "run_sweep", lambda *_, **__: pytest.fail("nothing is to be done"))
+    monkeypatch.setattr(sweep, "run_sweeps", lambda *_, **__: pytest.fail("nothing is to be done"))
     assert run_here(tiny, "--set", shape, "--resume") == 0
     assert run_here(tiny, "--set", shape, "--status") == 0
     said = capfd.readouterr()
