@@ -14,6 +14,7 @@ from evidence.benchmarks import (
     law_precision,
     sample_cost,
     shapes,
+    shared_basis,
     spatial_speed,
     work_precision,
 )
@@ -23,6 +24,7 @@ SECTIONS = {  # and how long they take on a machine of 2026 [s]
     "shapes": (shapes.section, 130),
     "assembly": (assembly.section, 15),
     "spatial": (spatial_speed.section, 30),
+    "basis": (shared_basis.section, 250),
     "laws": (law_precision.section, 120),
     "precision": (work_precision.section, 160),
     "sample": (sample_cost.sample, 20),
