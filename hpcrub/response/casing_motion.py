@@ -84,7 +84,11 @@ def share_of_energy(modes: Modes, bank: Bank, lane: int) -> float:
     omega = modes.omega, np.repeat(modes.pairs.omega, 2)
     moving = zip(modes.of_rows(velocity), omega, modes.of_rows(position), strict=True)
     disk, casing = (v**2 + w**2 * q**2 for v, w, q in moving)
-    return float(casing.sum() / np.concatenate([disk, casing]).sum())
+    total = np.concatenate([disk, casing]).sum()
+    if modes.blades:  # blades deviate from the stiffness of the modes
+        y = modes.blades.modes @ modes.of_rows(position)[0]
+        total += modes.blades.deviation @ (y**2).sum(axis=1)
+    return float(casing.sum() / total)
 
 
 class Runaway:
