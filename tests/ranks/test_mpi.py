@@ -101,18 +101,18 @@ import sys, time
 from hpcrub.response import sweep
 from hpcrub.commands.run import main
 
-run_sweep, n_swept = sweep.run_sweep, 0
+run_sweeps, n_swept = sweep.run_sweeps, 0
 
-def held(modes, scene, speeds_hz, poll=None, **options):
+def held(disks, scene, speeds_hz, poll=None, *more, **options):
     global n_swept
     until = time.monotonic() + {WAIT}
     while n_swept >= {SWEPT} and time.monotonic() < until:
         poll()
         time.sleep(0.001)
     n_swept += poll is not None  # not of the warm-up
-    return run_sweep(modes, scene, speeds_hz, poll, **options)
+    return run_sweeps(disks, scene, speeds_hz, poll, *more, **options)
 
-sweep.run_sweep = held
+sweep.run_sweeps = held
 sys.exit(main())
 """
 
