@@ -102,7 +102,8 @@ def build_problem(config: Config) -> Problem:
             f"of central_difference for this {'disk and casing' if reduced.casing else 'model'}"
         )
     scene = scene_of(config, interface)._replace(law=law_of(config))
-    basis = _basis(reduced, stiffest + FURTHEST)  # runs of a sample may be stiffer
+    # runs of a sample may be stiffer; a law of one's own has its own multipliers
+    basis = _basis(reduced, stiffest + FURTHEST) if scene.law is None else None
     if basis:
         scene = scene._replace(lanes=_lanes(config, are_shared=True))
     return Problem(reduced, scene, basis)
