@@ -247,10 +247,9 @@ def _blade_modes(own: np.ndarray, squared: np.ndarray, waves: _Waves) -> np.ndar
         n = min(FAMILIES * n_blades, len(squared)) - 1
         return np.sqrt(eigvalsh(np.diag(squared) + change, subset_by_index=[0, n]))
 
-    exact, rows = frequencies(_factors(own, squared, 0.0)), np.zeros((0, len(squared)))
-    for n_families in range(FAMILIES, family.max() + 2):
+    exact, n_all = frequencies(_factors(own, squared, 0.0)), family.max() + 1
+    for n_families in range(min(FAMILIES, n_all), n_all + 1):
         low = family < n_families
-        rows = np.zeros((0, len(squared)))
         found = _factors(own[np.ix_(low, low)], squared[low], SMALLEST)
         rows = np.zeros((len(found), len(squared)))
         rows[:, low] = found

@@ -69,6 +69,15 @@ def stiffness_of(modes):
     return np.diag(modes.omega**2) + change
 
 
+def test_a_disk_of_fewer_families_than_are_looked_at_keeps_them_all(monkeypatch):
+    """It lost all deviations of its blades."""
+    monkeypatch.setattr("hpcrub.model.tuned_basis.FAMILIES", 99)
+    model, deviation = small_disk(5), 0.05 * np.sin(np.arange(5.0))
+    found = np.sqrt(eigvalsh(stiffness_of(tuned_basis(model, 0.05).modes_of(deviation))))
+    exact = mistuned_modes(model, deviation).omega
+    assert np.abs(found / exact - 1.0).max() < 1e-5
+
+
 @KINDS
 @pytest.mark.parametrize("reference", [0.5, 0.6])
 def test_mistuned_disks_have_the_frequencies_of_their_own_modes(n_blades, by_modes, reference):
