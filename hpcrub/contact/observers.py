@@ -24,6 +24,18 @@ STRESS_STRIDE, NEAR_PEAK = 3, 0.8
 
 
 @compiled(inline=True, inner=True)
+def settled(lanes: tuple, bank: Bank, n_active: int) -> int:
+    """Apply the corrector where it comes before a record (bank is modified).
+
+    It does without `Scheme.observed_per_force`. Returns how many active points are left to correct.
+    """
+    if bank.scheme.observed_per_force.shape[0] > 0:
+        return n_active
+    bank.basis.correct(lanes, bank, n_active)
+    return 0
+
+
+@compiled(inline=True, inner=True)
 def record_displacements(
     lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
     n_active: int,
@@ -31,7 +43,7 @@ def record_displacements(
     """Record the observed displacements after a step (bank and arrays are modified).
 
     Returns how many active points are left to correct. Each multiplier adds to the displacements
-    before the corrector; without `Scheme.observed_per_force` the corrector is applied first.
+    before the corrector, unless this comes first (`settled`).
 
     history, peak: as in `Record`.
     row: place of the record in the ring; negative for a step that only counts for the peak.
@@ -39,9 +51,7 @@ def record_displacements(
     """
     scheme, state = bank.scheme, bank.state
     n_observed = scheme.observed.shape[1]
-    if scheme.observed_per_force.shape[0] == 0:
-        bank.basis.correct(lanes, bank, n_active)
-        n_active = 0
+    n_active = settled(lanes, bank, n_active)
     bank.basis.look(lanes, bank)
     for first in range(0, n_observed, TILE):
         seen = bank.basis.seen(lanes, bank, first)
@@ -147,6 +157,7 @@ class Record(NamedTuple):
         """Record every ``stride``-th step, look at every ``look``-th; see ``observers``."""
         n_steps, n_observed = bank.scheme.bump.shape[0], bank.scheme.observed.shape[1]
         if bank.scheme.casing > 0 and step == n_steps - 1 and len(record.ends) > 0:
+            n_active = settled(lanes, bank, n_active)
             record_casing(lanes, bank, record.ends, block, n_active)
         if record.begin < 0:
             return n_active

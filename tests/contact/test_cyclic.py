@@ -235,6 +235,18 @@ def with_all_rows(deviation, n_blades=5, n_families=4):
     return tuned_basis(model, 0.06).modes_of(deviation[:n_blades])
 
 
+def test_a_casing_is_seen_at_the_ends_of_blocks_as_in_the_records():
+    """Its forces were read beyond the end of a table that only the dense basis has."""
+    modes, scene = with_all_rows(np.full(6, 0.06)).fixed, scene_of(small_disk(5).interface)
+    bank = allocate(modes, scene, Grid(REVOLUTION, 6, 1), WIDTH, [SPEED])
+    record = Record.allocate(bank, 6, 1, most=6)
+    run(bank, 6, record)
+    ends = record.ends[:, 0].reshape(6, -1)
+    np.testing.assert_array_equal(ends, record.casing[:, 0].reshape(6, -1, ends.shape[1])[:, -1])
+    assert np.abs(ends[-1]).max() > 0.0
+    assert bank.law.touched[:, 0].max() > 0.0
+
+
 def test_rows_of_air_and_casing_move_as_in_the_dense_basis():
     modes, scene = with_all_rows(np.full(6, 0.06)).fixed, scene_of(small_disk(5).interface)
     assert modes.n_rows == len(modes.omega) + 5 + 10
