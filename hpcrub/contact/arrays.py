@@ -86,6 +86,15 @@ class Bank(NamedTuple):
         return packed(Bank(*(take_lanes(group, lanes) for group in self)))
 
 
+class NoArrays(NamedTuple):
+    """A group of no arrays, for laws, surfaces and bases that have none of their own."""
+
+    @staticmethod
+    def per_lane() -> tuple[str, ...]:
+        """Names of arrays: none."""
+        return ()
+
+
 def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
     """Group of arrays with copies of some of its lanes."""
     members = set(PER_LANE.get(type(group)) or group.per_lane())

@@ -150,11 +150,8 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> No
         # not a matrix product, whose rounding may depend on the padding
         np.einsum("fk,ok->fo", kicks, rows.observed, out=moved[:, : len(rows.observed)])
     scheme.step[lane], scheme.clearance[0, lane] = h, scene.clearance
-    if modes.blades:
-        stiffer = modes.blades.stiffer[: len(scheme.stiffer)]
-        scheme.stiffer[: len(stiffer), lane] = stiffer
     bank.law.fill(bank, lane, rows, scene)
-    bank.basis.fill(bank, lane, modes, rows, scene)
+    bank.basis.fill(bank, lane, modes, scene)
     if scheme.external is not None:
         _halve_first_impulse(bank, lane, n_real)
 
@@ -195,8 +192,7 @@ def _kicked(rows: Any, cosine: Any, sine: Any) -> Any:
         turned[:, first + 1 :: 2] = sine * re + cosine * im
         return turned
 
-    names = "normal", "observed", "blade"
-    return rows._replace(**{name: moved(getattr(rows, name)) for name in names})
+    return rows._replace(normal=moved(rows.normal), observed=moved(rows.observed))
 
 
 def set_motion(

@@ -251,12 +251,14 @@ class Cyclic(CyclicArrays):
         own = 3.0 * n_blades * (n_points + 3 * n_each)
         return len(modes.omega) * (PER_MODE + point) + moved * (blade + 2 * n_each) + series + own
 
-    def fill(self, bank: Bank, lane: int, modes: Modes, rows: Rows, scene: Scene) -> None:
-        """Give a lane the deviations of its blades (basis is modified).
+    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
+        """Give a lane the deviations of its blades (basis and bank are modified).
 
-        modes, rows: at the speed of the lane; bank: with the coefficients of the lane.
+        modes: at the speed of the lane; bank: with the step of the lane.
         """
-        h = bank.scheme.step[lane]
+        blades: Any = modes.blades
+        h, stiffer = bank.scheme.step[lane], blades.stiffer[: len(bank.scheme.stiffer)]
+        bank.scheme.stiffer[: len(stiffer), lane] = stiffer
         is_exact = scene.scheme == "exact_modal"
         deviation, lag = blade_stiffness(modes, scene.damping_ratio, h, is_exact)
         self.deviation[:, lane], self.lag[:, lane] = -deviation.T.ravel(), lag.T.ravel()

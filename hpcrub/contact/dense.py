@@ -2,21 +2,79 @@
 
 It serves planar disks, and disks that do not repeat themselves from blade to blade. The other basis
 is `cyclic`.
+
+The modes are taken in blocks, whose motion and coefficients stay in the first-level cache. A block
+needs two passes: its modes, a tile at a time, whose modal forces Gλ stay in registers; then its
+part in the penetrations, a tile of points at a time.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from hpcrub.contact import lanes as v
-from hpcrub.contact.arrays import Bank, Scheme, State
+from hpcrub.contact.arrays import Bank, NoArrays, Scheme, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE, TIPS
-from hpcrub.contact.passes import advance, correct_modes, end_of_block, project, resting
+from hpcrub.contact.lanes import BLOCK, ONE, TILE, TIPS
+from hpcrub.contact.passes import (
+    advance_ring,
+    advance_wave,
+    first_pair,
+    modal_forces,
+    pair_of_forces,
+    project,
+    resting,
+)
+from hpcrub.contact.protocols import Scene
 from hpcrub.contact.tables import columns
 from hpcrub.model.reduction import Modes
 
 PER_MODE = 8  # products and loads of the recurrence of one mode
+
+
+@compiled(inline=True, inner=True)
+def end_of_block(scheme: Scheme, begin: int) -> int:
+    """End of the block that begins at a row: of real modes, complex modes or casing pairs."""
+    n_modes = scheme.decay.shape[0]
+    end = n_modes
+    if begin < first_pair(scheme):
+        end = first_pair(scheme)
+    elif begin < n_modes - scheme.casing:
+        end = n_modes - scheme.casing
+    return min(begin + BLOCK, end)
+
+
+@compiled(inline=True, inner=True)
+def advance_tiles(
+    lanes: tuple, tile: tuple, scheme: Scheme, state: State, before: Any, step: int | None,
+    n_active: int, begin: int, end: int,
+) -> None:  # fmt: skip
+    """Corrector and predictor of whole tiles of real modes (state is modified).
+
+    before, step: as in `lanes.tile_advance`.
+    """
+    for first in range(begin, end, len(tile)):
+        force = modal_forces(lanes, tile, scheme, state, n_active, first)
+        v.tile_advance(force, first, state, scheme, before, scheme.external, step, None)
+
+
+@compiled(inline=True, inner=True)
+def advance(
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int
+) -> None:
+    """Corrector and predictor of a block of modes (state is modified)."""
+    if begin < first_pair(scheme):
+        before, whole = state.increment_before, end - (end - begin) % TILE
+        advance_tiles(lanes, TIPS, scheme, state, before, step, n_active, begin, whole)
+        advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end)
+    elif begin < scheme.decay.shape[0] - scheme.casing:
+        for k in range(begin, end, 2):
+            force = pair_of_forces(lanes, scheme, state, n_active, k)
+            advance_wave(lanes, scheme, state, force, scheme.external, step, k, None)
+    else:
+        for k in range(begin, end, 2):
+            force = pair_of_forces(lanes, scheme, state, n_active, k)
+            advance_ring(lanes, scheme, state, force, step, k)
 
 
 @compiled(inline=True, inner=True)
@@ -33,24 +91,15 @@ def begin_gaps(
     return resting(lanes, TIPS, scheme, state, step, points)
 
 
-class NoArrays(NamedTuple):
-    """The arrays of the dense basis: none beside those of `arrays.Scheme`."""
-
-
 class Dense(NoArrays):
-    """The dense basis; `cyclic.Cyclic` has the same methods."""
-
-    @staticmethod
-    def per_lane() -> tuple[str, ...]:
-        """Names of arrays: none."""
-        return ()
+    """The dense basis, all in `Scheme`; `cyclic.Cyclic` has the same methods."""
 
     @staticmethod
     def cost(modes: Modes) -> float:
         """Products of a step of one lane without contact."""
         return len(modes.omega) * (PER_MODE + columns(modes.normal).shape[1])
 
-    def fill(self, bank: Bank, lane: int, modes: Any, rows: Any, scene: Any) -> None:
+    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
         """Nothing depends on the lane."""
 
     def start(self, bank: Bank, lane: int) -> None:
@@ -81,7 +130,16 @@ class Dense(NoArrays):
     @compiled(inline=True, inner=True)
     def correct(lanes: tuple, bank: Bank, n_active: int) -> None:
         """Corrector of all modes without a predictor (bank is modified)."""
-        correct_modes(lanes, bank.scheme, bank.state, n_active)
+        scheme, state = bank.scheme, bank.state
+        if n_active == 0:
+            return
+        n_real = first_pair(scheme)
+        whole = n_real - n_real % TILE
+        advance_tiles(lanes, TIPS, scheme, state, None, None, n_active, 0, whole)
+        advance_tiles(lanes, ONE, scheme, state, None, None, n_active, whole, n_real)
+        for k in range(n_real, state.position.shape[0], 2):
+            force = pair_of_forces(lanes, scheme, state, n_active, k)
+            v.tile_advance(force, k, state, scheme, None, None, None, None)
 
     @staticmethod
     @compiled(inline=True, inner=True)

@@ -14,10 +14,8 @@ modal state once. The last rows are pairs: Re z and Im z of complex modes of a d
 (`model.casing_modes`), ordinary modes whose coordinates turn at the end of a step. A force acts at
 the begin of its step, so that what it adds to a pair turns with the pair.
 
-The modes are taken in blocks, whose motion and coefficients stay in the first-level cache. A block
-needs two passes: its modes, a tile at a time, whose modal forces Gλ stay in registers; then its
-part in the penetrations, a tile of points at a time. All sums run in the order of the points or
-modes.
+Here is what all modes share; the order of the passes is that of a basis, `dense` or `cyclic`. All
+sums run in the order of the points or modes.
 """
 
 from typing import Any
@@ -27,25 +25,13 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import BLOCK, ONE, PAIR, TILE, TIPS
+from hpcrub.contact.lanes import PAIR, TIPS
 
 
 @compiled(inline=True, inner=True)
 def first_pair(scheme: Scheme) -> int:
     """Row of the first pair, which is the number of real modes of the disk."""
     return scheme.decay.shape[0] - scheme.turn.shape[0]
-
-
-@compiled(inline=True, inner=True)
-def end_of_block(scheme: Scheme, begin: int) -> int:
-    """End of the block that begins at a row: of real modes, complex modes or casing pairs."""
-    n_modes = scheme.decay.shape[0]
-    end = n_modes
-    if begin < first_pair(scheme):
-        end = first_pair(scheme)
-    elif begin < n_modes - scheme.casing:
-        end = n_modes - scheme.casing
-    return min(begin + BLOCK, end)
 
 
 @compiled(inline=True, inner=True)
@@ -79,20 +65,6 @@ def resting(
     depth = v.tile_splat(tile, 0.0 - v.load(lanes, scheme.clearance, 0))
     depth = v.tile_add(depth, scheme.point_clearance, 0, points, v.splat(lanes, -1.0))
     return v.tile_add(depth, scheme.bump, step, points, v.load(lanes, state.ramp, 0))
-
-
-@compiled(inline=True, inner=True)
-def advance_tiles(
-    lanes: tuple, tile: tuple, scheme: Scheme, state: State, before: Any, step: int | None,
-    n_active: int, begin: int, end: int,
-) -> None:  # fmt: skip
-    """Corrector and predictor of whole tiles of real modes (state is modified).
-
-    before, step: as in `lanes.tile_advance`.
-    """
-    for first in range(begin, end, len(tile)):
-        force = modal_forces(lanes, tile, scheme, state, n_active, first)
-        v.tile_advance(force, first, state, scheme, before, scheme.external, step, None)
 
 
 @compiled(inline=True, inner=True)
@@ -153,25 +125,6 @@ def advance_ring(
 
 
 @compiled(inline=True, inner=True)
-def advance(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int
-) -> None:
-    """Corrector and predictor of a block of modes (state is modified)."""
-    if begin < first_pair(scheme):
-        before, whole = state.increment_before, end - (end - begin) % TILE
-        advance_tiles(lanes, TIPS, scheme, state, before, step, n_active, begin, whole)
-        advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end)
-    elif begin < scheme.decay.shape[0] - scheme.casing:
-        for k in range(begin, end, 2):
-            force = pair_of_forces(lanes, scheme, state, n_active, k)
-            advance_wave(lanes, scheme, state, force, scheme.external, step, k, None)
-    else:
-        for k in range(begin, end, 2):
-            force = pair_of_forces(lanes, scheme, state, n_active, k)
-            advance_ring(lanes, scheme, state, force, step, k)
-
-
-@compiled(inline=True, inner=True)
 def project(
     lanes: tuple, matrix: np.ndarray, position: np.ndarray, first: int, begin: int, end: int,
     tile: tuple,
@@ -194,17 +147,3 @@ def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
     Returns the deepest penetration of all contact points (L,) [m].
     """
     return bank.basis.predict(lanes, bank, step, n_active)
-
-
-@compiled(inline=True, inner=True)
-def correct_modes(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
-    """Corrector of all modes without a predictor (state is modified)."""
-    if n_active == 0:
-        return
-    n_real = first_pair(scheme)
-    whole = n_real - n_real % TILE
-    advance_tiles(lanes, TIPS, scheme, state, None, None, n_active, 0, whole)
-    advance_tiles(lanes, ONE, scheme, state, None, None, n_active, whole, n_real)
-    for k in range(n_real, state.position.shape[0], 2):
-        force = pair_of_forces(lanes, scheme, state, n_active, k)
-        v.tile_advance(force, k, state, scheme, None, None, None, None)

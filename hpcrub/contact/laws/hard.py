@@ -1,10 +1,10 @@
 """A rigid casing as a surface."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from hpcrub.contact.arrays import State
+from hpcrub.contact.arrays import NoArrays, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import larger, select, splat
 from hpcrub.contact.lcp import gauss_seidel, pivoting
@@ -22,10 +22,6 @@ def unchanged(*args: Any) -> Any:
     return args[-1]
 
 
-class NoArrays(NamedTuple):
-    """The arrays of a surface without state: none."""
-
-
 class Hard(NoArrays):
     """A rigid casing: N ≥ 0, p ≤ 0, N p = 0. The code of a point is 1 with a force, else 0.
 
@@ -36,11 +32,6 @@ class Hard(NoArrays):
     remember_force = total_force = staticmethod(unchanged)
     subtract_earlier = set_gains = wear = staticmethod(nothing)
     give_up = staticmethod(pivoting.solve_stuck)
-
-    @staticmethod
-    def per_lane() -> tuple[str, ...]:
-        """Names of arrays: none."""
-        return ()
 
     def fill(self, lane: int, scene: Scene, h: float, compliance: np.ndarray) -> None:
         """Nothing depends on the lane."""
