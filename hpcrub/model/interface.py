@@ -72,6 +72,15 @@ class Interface(NamedTuple):
         return largest
 
 
+def corresponding(blade: np.ndarray) -> np.ndarray:
+    """Rows in the same place on every blade (N, P) int; P is the fewest of any blade.
+
+    blade: blade of each row (n,). The place of a row is that in the order of its blade's rows.
+    """
+    parts = np.split(np.argsort(blade, kind="stable"), np.cumsum(np.bincount(blade))[:-1])
+    return np.array([part[: min(map(len, parts))] for part in parts])
+
+
 def strips(axial_position: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Strip of a coating (C,) int, from 0, that points at axial positions and radii (C,) [m] meet.
 

@@ -19,7 +19,7 @@ from hpcrub.model.aero import complex_modes
 from hpcrub.model.casing_modes import NO_PAIRS
 from hpcrub.model.families import multiplicity
 from hpcrub.model.imported.cyclic import tuned_diameters
-from hpcrub.model.interface import Interface
+from hpcrub.model.interface import Interface, corresponding
 from hpcrub.model.reduction import MOTIONS, Blades, Modes, ReducedModel, project
 
 CYCLIC = 1e-4  # of the largest motion: what a mode may move with other nodal diameters
@@ -61,17 +61,6 @@ def own_modes(modes: Modes) -> Modes:
         stiffening=np.zeros((0, 0)),
         **rows,
     )
-
-
-def by_blade(blade: np.ndarray) -> np.ndarray | None:
-    """Corresponding rows of all blades (N, P) int; None where blades have other numbers of rows.
-
-    blade: blade of each row (C,). Rows correspond when they have the same place in their order.
-    """
-    count = np.bincount(blade)
-    if not len(count) or count.min() != count.max():
-        return None
-    return np.argsort(blade, kind="stable").reshape(len(count), -1)
 
 
 def series(rows: np.ndarray, diameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -142,14 +131,11 @@ def tuned_basis(reduced: ReducedModel, reference: float) -> TunedBasis | None:
     """
     face, diameters = reduced.interface, tuned_diameters(reduced)
     waves = _Waves(np.sort(diameters), face.n_blades)
-    points, observed = by_blade(face.blade), by_blade(face.observed_blade)
+    points, observed = corresponding(face.blade), corresponding(face.observed_blade)
     n_each = multiplicity(np.arange(face.n_blades // 2 + 1), face.n_blades)
     counts = np.bincount(diameters, minlength=len(n_each))
-    if (
-        points is None
-        or observed is None
-        or (counts * face.n_blades != n_each * counts.sum()).any()
-    ):
+    are_whole = (counts * face.n_blades == n_each * counts.sum()).all()
+    if points.size < len(face.blade) or observed.size < len(face.observed_blade) or not are_whole:
         return None
     order = np.argsort(diameters, kind="stable")
     motion = np.concatenate([rows @ reduced.tuned_modes for rows in (face.normal, face.tangential)])
@@ -220,10 +206,12 @@ def _repeated(
     """Rows of `Modes` that repeat themselves from blade to blade; None where a disk does not."""
     places = dict.fromkeys(MOTIONS, points) | {"observed": observed}
     rows = {}
-    for name, place in (places | {"stress": by_blade(face.stress_blade)}).items():
-        if not len(known := getattr(face, name)) or place is None:
+    for name, place in (places | {"stress": corresponding(face.stress_blade)}).items():
+        if not len(known := getattr(face, name)):
             rows[name] = np.zeros((0, shapes.shape[1]))
             continue
+        if place.size < len(known):
+            return None
         seen = (known @ shapes)[place]
         clean = waves.cleaned(seen)
         if np.abs(clean - seen).max() > CYCLIC * np.abs(seen).max():

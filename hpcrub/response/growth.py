@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.model.casing_modes import Pairs
+from hpcrub.model.interface import corresponding
 
 RECORDS = 32  # of a window that count, about
 SPAN = 1.5  # time constants of the slowest mode over which a change must grow
@@ -43,15 +44,13 @@ class Waves(NamedTuple):
 
         Where a blade has more places than others, those beyond are left out.
         """
-        rows = np.argsort(observed_blade, kind="stable")
-        by_blade = np.split(rows, np.flatnonzero(np.diff(observed_blade[rows])) + 1)
-        n_blades, n_places = len(by_blade), min(map(len, by_blade))
+        places = corresponding(observed_blade)
+        n_blades, n_places = places.shape
         series = np.fft.rfft(np.eye(n_blades)) / n_blades  # (N, N // 2 + 1)
-        disk = np.zeros((len(rows), 2, series.shape[1], n_places))
-        for blade, of_blade in enumerate(by_blade):
-            for place, row in enumerate(of_blade[:n_places]):
-                disk[row, :, :, place] = series[blade].real, series[blade].imag
-        return cls(disk.reshape(len(rows), 2, -1), pairs.radial)
+        disk = np.zeros((len(observed_blade), 2, series.shape[1], n_places))
+        for (blade, place), row in np.ndenumerate(places):
+            disk[row, :, :, place] = series[blade].real, series[blade].imag
+        return cls(disk.reshape(len(disk), 2, -1), pairs.radial)
 
     def seen(self, observed: np.ndarray, casing: np.ndarray) -> np.ndarray:
         """Motion of all waves at R records of a window (R, 2, G) [m].

@@ -70,7 +70,8 @@ def trial(
     seconds_per_disk = time.perf_counter() - started
     if not integrates:
         return Trial(seconds_per_disk)
-    modes = rubbing_modes(config, problem, deviation(config, len(config.levels) - 1, 0))
+    if problem.basis:
+        modes = rubbing_modes(config, problem, deviation(config, len(config.levels) - 1, 0))
     solid = len(modes.axial) > 0  # its contacts are harder to solve with longer steps
     step = problem.scene.step if solid else max(problem.scene.step, MEASURED_STEP)
     scene = problem.scene._replace(scheme="exact_modal", step=step)

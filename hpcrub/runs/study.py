@@ -209,17 +209,6 @@ class StudyInTime(Study):
         """Number of disks times number of groups of speeds."""
         return len(fixed_disks(config)) * len(history.groups(config.speeds.values_hz))
 
-    def n_together(self, prepared: Any) -> int:
-        """Most tasks that are worth computing together; prepared: as `prepare` returns it."""
-        return 1
-
-    def compute_all(
-        self, config: Config, prepared: Any, tasks: Sequence[Any], poll: Poll
-    ) -> Iterator[tuple[Any, list[Values]]]:
-        """Compute tasks together, and yield (task, its values) for each that is complete."""
-        for task in tasks:
-            yield task, list(self.compute(config, prepared, task, poll))
-
     def cost(self, config: Config) -> Cost:
         """Histories of every disk over the whole duration."""
         n_disks = len(fixed_disks(config))

@@ -111,10 +111,21 @@ def rubbing_modes(config: Config, problem: Problem, deviation: np.ndarray) -> Mo
 
     deviation: as in `modes_of`. Raises InputError likewise.
     """
-    _require_blades(config, problem, deviation)
     if problem.basis is None:
-        return mistuned_modes(problem.reduced, deviation)
+        return modes_of(config, problem, deviation)
+    _require_blades(config, problem, deviation)
     return problem.basis.modes_of(deviation)
+
+
+def own_modes_of(
+    config: Config, problem: Problem, rubbing: Modes | None, deviation: np.ndarray
+) -> Modes:
+    """Modes of one disk itself, which its `rubbing_modes` are unless these are shared.
+
+    rubbing: these, or None where they are not at hand; deviation: as in `modes_of`.
+    """
+    at_hand = rubbing is not None and rubbing.blades is None
+    return rubbing if rubbing and at_hand else modes_of(config, problem, deviation)
 
 
 def _require_blades(config: Config, model: Model | Problem, deviation: np.ndarray) -> None:

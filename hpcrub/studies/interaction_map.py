@@ -16,8 +16,8 @@ from hpcrub.response.revolution import cut_revolution
 from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import fixed_disks, modes_of
-from hpcrub.setup.problem import Problem, scene_of
+from hpcrub.setup.disks import fixed_disks, own_modes_of
+from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
 
 _DS = ("disk", "speed")
@@ -54,11 +54,10 @@ def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
     return 2.0 * np.abs(transform) / window.sum()
 
 
-def _frequencies(
-    config: Config, problem: Problem, disk: int, group: np.ndarray
-) -> Iterator[Values]:
+def _frequencies(config: Config, prepared: Any, disk: int, group: np.ndarray) -> Iterator[Values]:
     """Natural frequencies of a disk, and at the speeds of a group where they depend on these."""
-    own = modes_of(config, problem, fixed_disks(config)[disk])
+    blades, rubbing = fixed_disks(config)[disk], prepared.modes[disk]
+    own = own_modes_of(config, prepared.problem, rubbing, blades)
     if group.min() == 0:
         yield "natural_frequencies_hz", disk, own.omega / (2 * np.pi)
     if config.disk.model is not None:
@@ -127,7 +126,7 @@ class InteractionMap(StudyInTime):
             parts.append((piece.time, piece.observed, touching, piece.reason))
         *values, reasons = zip(*parts, strict=True)
         time, tips, touching = map(np.concatenate, values)
-        yield from _frequencies(config, prepared.problem, disk, group)
+        yield from _frequencies(config, prepared, disk, group)
         for lane, (speed, follower) in enumerate(zip(group, followers, strict=True)):
             # a group is integrated as long as its fastest speed needs; no speed depends on others
             end = history.n_records(speeds[lane], duration, scene)

@@ -16,7 +16,7 @@ from hpcrub.model.imported.checks import check_frequency
 from hpcrub.model.imported.craig_bampton import factorised, frequencies, lowest_modes
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
-from hpcrub.model.interface import Interface
+from hpcrub.model.interface import Interface, corresponding
 from hpcrub.model.reduction import Modes, ReducedModel
 
 MODES_PER_DIAMETER = 3
@@ -165,9 +165,7 @@ def of_blades(
         each point. Points of two blades correspond when they have the same place in their order.
     Returns (q, N, K) and (N,) [rad].
     """
-    count = np.bincount(blade)
-    parts = np.split(np.argsort(blade, kind="stable"), np.cumsum(count)[:-1])
-    points = np.array([part[: count.min()] for part in parts])  # (N, alike)
+    points = corresponding(blade)
     like = shapes[:, points].transpose(0, 2, 1, 3).reshape(-1, *points.T.shape[1:], shapes.shape[2])
     return like, angle[points[:, 0]]
 

@@ -8,7 +8,6 @@ a sample before the tuned disk is complete waits, with the sample in its memory,
 """
 
 import time
-from collections import deque
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -26,7 +25,7 @@ from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Disk
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.runs.job import Job
-from hpcrub.setup.disks import deviation, modes_of, rubbing_modes
+from hpcrub.setup.disks import deviation, own_modes_of, rubbing_modes
 from hpcrub.statistics import percentiles
 from hpcrub.studies.contact import amplification, findings
 from hpcrub.studies.contact import file as contact_file
@@ -154,15 +153,14 @@ class MonteCarlo(Job):
             disks = [Disk(tuned, self._part(task))]
             ((_, response),) = self._integrate(disks, scene, poll, [task.run == 0])
             return response
+        responses = self._responses(task, poll)
         if task.response:
-            responses = iter([(0, task.response)])
-        else:
-            responses = self._responses(task, poll)
+            responses = iter([(task.places[0], task.response, None)])
         if task.n_parts > 1:
             return next(responses)[1]
-        outcomes, waiting = [], deque[Any]()
-        for k, response in responses:
-            waiting.append((task.places[k], response))
+        outcomes, waiting = [], []
+        for found in responses:
+            waiting.append(found)
             self.reference = self.reference or poll()
             outcomes += self._finish_all(waiting)
         while self.reference is None:
@@ -171,11 +169,11 @@ class MonteCarlo(Job):
         outcomes += self._finish_all(waiting)
         return outcomes if self.reference.usable else None
 
-    def _finish_all(self, waiting: deque[Any]) -> list[tuple[tuple[int, int], Outcome]]:
+    def _finish_all(self, waiting: list[Any]) -> list[tuple[tuple[int, int], Outcome]]:
         """Write the samples that wait for a usable reference; returns (place, Outcome) of each."""
         if not (self.reference and self.reference.usable):
             return []
-        done = [(place, self._finish(place, response)) for place, response in waiting]
+        done = [(place, self._finish(place, *found)) for place, *found in waiting]
         waiting.clear()
         return done
 
@@ -183,8 +181,8 @@ class MonteCarlo(Job):
         """Speeds of a task."""
         return range(task.part, len(self.speeds_hz), task.n_parts)
 
-    def _responses(self, task: Any, poll: Any) -> Iterator[tuple[int, Any]]:
-        """Integrate the samples of a task: (number in the task, Integrated) as they end."""
+    def _responses(self, task: Any, poll: Any) -> Iterator[tuple[Any, Any, Modes | None]]:
+        """Integrate the samples of a task: (place, Integrated, modes) as they end."""
         disks, checked, left = [], [], set(range(len(task.places)))
         try:
             for level, sample in task.places:
@@ -196,10 +194,10 @@ class MonteCarlo(Job):
                 checked.append(first and level == self.config.levels[-1])
             for k, response in self._integrate(disks, self.prepared.scene, poll, checked):
                 left.remove(k)
-                yield k, response
+                yield task.places[k], response, disks[k].modes
         except BAD_NUMBERS as error:
             failed = amplification.Integrated(None, 0.0, _words(error))
-            yield from ((k, failed) for k in sorted(left))
+            yield from ((task.places[k], failed, None) for k in sorted(left))
 
     def _integrate(
         self, disks: Any, scene: Scene, poll: Any, checked: list[bool]
@@ -215,15 +213,15 @@ class MonteCarlo(Job):
             yield k, amplification.Integrated(result, now - start, half_step=half)
             start = now
 
-    def _finish(self, place: tuple[int, int], response: Any) -> Any:
-        """Write a sample that has been integrated; returns its Outcome."""
+    def _finish(self, place: tuple[int, int], response: Any, rubbing: Modes | None) -> Any:
+        """Write a sample that has been integrated, in these modes; returns its Outcome."""
         start, blades = time.perf_counter(), deviation(self.config, *place)
         values: dict[str, Any] = {"deviation": blades, "status": FAILED}
         message = response.message
         try:
             if response.result:
                 values |= amplification.values_of(self.config, response)
-                modes = modes_of(self.config, self.prepared, blades)
+                modes = own_modes_of(self.config, self.prepared, rubbing, blades)
                 values |= self._amplifications(modes, blades, values["peak_amplitude_m"])
                 message = "" if values["status"] == DONE else "all its points diverged"
         except BAD_NUMBERS as error:
