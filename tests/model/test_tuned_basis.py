@@ -154,7 +154,7 @@ def test_rows_repeat_from_blade_to_blade_and_are_those_of_the_disk(n_blades, by_
 
 
 def test_a_disk_that_does_not_repeat_itself_has_no_basis():
-    """One point that lies elsewhere, a point more on a blade, or a family that is not whole."""
+    """One point that lies elsewhere, a point or a place of stress more, a family not whole."""
     model = small_disk(5)
     face = model.interface
     moved = face.normal.copy()
@@ -167,6 +167,10 @@ def test_a_disk_that_does_not_repeat_itself_has_no_basis():
     )
     assert corresponding(more.blade).size < len(more.blade)
     assert tuned_basis(model._replace(interface=more), 0.1) is None
+    stressed = with_stress(model).interface
+    assert tuned_basis(model._replace(interface=stressed), 0.1) is not None
+    fewer = stressed._replace(stress=stressed.stress[1:], stress_blade=stressed.stress_blade[1:])
+    assert tuned_basis(model._replace(interface=fewer), 0.1) is None
     n = len(model.mass) - 1
     cut = model._replace(
         tuned_modes=model.tuned_modes[:, :n],
