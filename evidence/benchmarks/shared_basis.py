@@ -69,9 +69,7 @@ def steps():
     rows = []
     for what in ("without contact", "in contact"):
         for recording in (False, True):
-            cells = (
-                seconds.get((what, basis, recording)) for basis in ("dense", "cyclic", "samples")
-            )
+            cells = (seconds.get((what, basis, recording)) for basis in BASES)
             rows.append([what + ", recording" * recording,
                          *(f"{1e6 * s:.1f}" if s else "" for s in cells)])  # fmt: skip
     heads = f"µs of a step of {WIDTH} lanes", "dense", "shared", "lanes of different samples"
