@@ -1,0 +1,36 @@
+"""Second order of the motion of blades, for tips that move as far as the clearance is wide.
+
+A few *bent* modes of every blade alone, its root held, have large amplitudes s. What is of second
+order in them follows: along the direction e a tip moves by
+
+    u_e = (first order) − ½ sᵀ G_e s,
+
+and the motion of bent mode a has the force −½ Σ C_abc s_b s_c. With the matrix V₃(y) that a
+displacement y adds to the tangent stiffness of the blade, and its mass-normalised modes φ,
+
+    C_abc = φ_bᵀ V₃(φ_a) φ_c,    G_e[b, c] = φ_bᵀ V₃(K⁻¹e) φ_c − Σ_a C_abc (φ_a·e)/ω_a².
+
+By reciprocity a force f along e then pushes bent mode a by −f Σ_b G_e[a, b] s_b: position and
+force together conserve energy.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+N_BENT = 3  # bent modes of a blade: a fourth makes a bowed blade no better
+
+
+class SecondOrder(NamedTuple):
+    """Second order of C contact points and O observed displacements, by p bent modes of N blades.
+
+    Directions of a contact point are those of `interface.Interface`.
+    """
+
+    participation: np.ndarray  # (N, p, m) amplitude s of bent modes per unit coordinate [√kg]
+    # (C, 3, p, p) G of normal, tangential and axial motion of the contact points [1/(m·kg)]
+    shortening: np.ndarray
+    observed: np.ndarray  # (O, p, p) G of the observed displacements [1/(m·kg)]
+    coupling: np.ndarray  # (p, p, p) C, symmetric in all three [1/(m·√kg·s²)]
+    omega: np.ndarray  # (p,) angular frequencies of the bent modes [rad/s]
+    curvature: np.ndarray  # (C,) of the casing along its circumference at the points, cos α/R [1/m]
