@@ -54,6 +54,7 @@ def reduce_disk(
         stress=disk.stress @ basis,
         stress_blade=disk.stress_blade,
         stress_static=disk.stress_static,
+        bent=disk.bent,
     )
     return model, basis
 
