@@ -23,23 +23,26 @@ LARGEST = 1.0  # displacement [mm]
 
 
 def by_calculix(
-    blade: NeutralModel, mesh: Mesh, read: Callable[[Path], NeutralModel], folder: Path
-) -> BentBlades:
-    """Second order of a blade alone by CalculiX.
+    mesh: Mesh, read: Callable[[Path], NeutralModel], folder: Path
+) -> tuple[NeutralModel, BentBlades]:
+    """One blade alone by CalculiX, and its second order.
 
-    blade: with the rows of the root held; mesh: it consists of its blade elements, with the set
-    root; read: function from the path of a deck, whose matrices CalculiX has written, to a
-    NeutralModel as `blade` is.
+    mesh: its blade elements are the blade, its set root is held; read: function from the path of a
+    deck, whose matrices CalculiX has written, to a model of this blade.
     """
+
+    def solved(name, steps):
+        path = folder / f"{name}.inp"
+        calculix.solve(path, mesh, steps, blade=True)
+        return read(path)
+
+    blade = solved("held", calculix.held(mesh.sets["root"]) + calculix.STEP + calculix.STORE)
     shapes = []
     for number, moved in enumerate(modes(blade, N_BENT), 1):
-        both = []
-        for sign, way in ((1.0, "forwards"), (-1.0, "backwards")):
-            path = folder / f"bent_{number}_{way}.inp"
-            calculix.solve(path, mesh, bent(mesh, sign * moved), blade=True)
-            both.append(read(path))
-        shapes.append(bending.Bent(1e-3 * moved, *both))
-    return bending.of_blade(blade, shapes)
+        forwards = solved(f"bent_{number}_forwards", bent(mesh, moved))
+        backwards = solved(f"bent_{number}_backwards", bent(mesh, -moved))
+        shapes.append(bending.Bent(1e-3 * moved, forwards, backwards))
+    return blade, bending.of_blade(blade, shapes)
 
 
 def modes(blade: NeutralModel, n_modes: int) -> np.ndarray:

@@ -22,7 +22,7 @@ from hpcrub.model.imported.craig_bampton import factorised, lowest_modes
 from hpcrub.model.imported.frames import node_angle
 from hpcrub.model.imported.neutral import NeutralModel, contact_rows
 
-LIKE = 0.99  # smallest cosine between a bent shape and the blade's mode
+LIKE = 0.999  # smallest cosine between a bent shape and the blade's mode
 
 
 class Bent(NamedTuple):
@@ -42,16 +42,12 @@ def of_blade(blade: NeutralModel, shapes: Sequence[Bent]) -> BentBlades:
     if not 1 <= len(shapes) <= MOST:
         raise InputError(f"--second-order: {len(shapes)} bent shapes, 1 to {MOST} are allowed")
     alone = assemble(blade)
-    K, M = alone.stiffness[0].tocsc(), alone.mass.tocsc()
-    fields = np.stack([_on_rows(alone, shape.moved) for shape in shapes], axis=1)
-    size = np.sqrt(np.einsum("na,na->a", fields, M @ fields))
-    modes = fields / np.where(size > 0.0, size, 1.0)
-    _check_modes(modes, lowest_modes(K, M, len(shapes))[1], M)
-    squares = np.einsum("na,na->a", modes, K @ modes)
-    rows = contact_rows(alone)
-    factor = factorised(K)
-    static, coupling = [], []
-    for number, (shape, eps) in enumerate(zip(shapes, size, strict=True)):
+    K = alone.stiffness[0].tocsc()
+    squares, modes = lowest_modes(K, alone.mass.tocsc(), len(shapes))
+    rows, factor = contact_rows(alone), factorised(K)
+    static, coupling = [], []  # of each mode b
+    for number, shape in enumerate(shapes):
+        eps = _amplitude(alone, shape.moved, modes[:, number], number)
         force = _change(alone, shape, number) @ modes / (2.0 * eps)
         static.append(factor.solve(force)[rows])  # (directions, C, c)
         coupling.append(modes.T @ force)
@@ -59,12 +55,8 @@ def of_blade(blade: NeutralModel, shapes: Sequence[Bent]) -> BentBlades:
     moves = modes[rows].transpose(1, 0, 2)  # (C, directions, a)
     carried = np.einsum("kda,abc->kdbc", moves / squares, C)
     tips = np.stack(static, axis=2).transpose(1, 0, 2, 3) - carried
-    missing = 3 - len(rows)  # nodes that move in x and y alone
-    return BentBlades(
-        tips=np.pad(tips, ((0, 0), (0, missing), (0, 0), (0, 0))),
-        coupling=C,
-        modes=np.pad(moves, ((0, 0), (0, missing), (0, 0))),
-    )
+    missing = (0, 0), (0, 3 - len(rows)), (0, 0), (0, 0)  # of nodes that move in x and y alone
+    return BentBlades(np.pad(tips, missing), C, np.pad(moves, missing[:3]))
 
 
 def onto(model: NeutralModel, blade: NeutralModel, bent: BentBlades) -> NeutralModel:
@@ -90,28 +82,24 @@ def onto(model: NeutralModel, blade: NeutralModel, bent: BentBlades) -> NeutralM
     return model._replace(bent=bent.at(nearest))
 
 
-def _on_rows(model: Any, moved: Any) -> Any:
-    """Displacements x, y, z of all nodes (n_nodes, 3) on the rows of a cylindrical model."""
-    angle = node_angle(model.nodes)
+def _amplitude(alone: Any, moved: Any, mode: Any, number: int) -> float:
+    """Amplitude of a mode (n,) in displacements x, y, z of all nodes; inner nodes have no place."""
+    angle = node_angle(alone.nodes)
     c, s = np.cos(angle), np.sin(angle)
     parts = np.column_stack([c * moved[:, 0] + s * moved[:, 1],
                              c * moved[:, 1] - s * moved[:, 0], moved[:, 2]])  # fmt: skip
-    node, direction = model.dof.T
-    placed = (direction >= 1) & (direction <= 3)
-    if not placed.all():
-        raise InputError("--second-order: the blade has rows that are no displacements of nodes")
-    return parts[node, direction - 1]
-
-
-def _check_modes(modes: Any, exact: Any, M: Any) -> None:
-    cosine = np.abs(np.einsum("na,na->a", modes, M @ exact))
-    lost = np.flatnonzero(~(cosine >= LIKE))
-    if len(lost):
+    node, direction = alone.dof.T
+    placed = (direction >= 1) & (direction <= 3) & np.isfinite(angle[node])
+    told, exact = parts[node[placed], direction[placed] - 1], mode[placed]
+    size = np.linalg.norm(told) * np.linalg.norm(exact)
+    cosine = float(told @ exact) / size if size > 0.0 else 0.0
+    if not abs(cosine) >= LIKE:
         raise InputError(
-            f"--second-order: bent shape {lost[0] + 1} is not mode {lost[0] + 1} of the blade "
-            f"(cosine {cosine[lost[0]]:.3f}, at least {LIKE} is expected); all nodes are displaced "
-            "in proportion to the mode"
+            f"--second-order: bent shape {number + 1} is not mode {number + 1} of the blade "
+            f"(cosine {cosine:.4f}, at least {LIKE} is expected); all nodes are displaced in "
+            "proportion to the mode"
         )
+    return float(told @ exact) / float(exact @ exact)
 
 
 def _change(alone: Any, shape: Any, number: int) -> Any:
