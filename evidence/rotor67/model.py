@@ -145,9 +145,7 @@ def blade_alone(fan: Fan, folder: Path) -> neutral.NeutralModel:
     return _model(reader.read(path, Lists("TIP")), fan.running)
 
 
-def with_second_order(
-    model: neutral.NeutralModel, fan: Fan, folder: Path
-) -> neutral.NeutralModel:
+def with_second_order(model: neutral.NeutralModel, fan: Fan, folder: Path) -> neutral.NeutralModel:
     """The reduced fan with the second order of its blades: of `blade_alone`, its root held."""
 
     def read(path):

@@ -70,14 +70,15 @@ def onto(model: NeutralModel, blade: NeutralModel, bent: BentBlades) -> NeutralM
     copies = np.stack([turned(places, 2 * np.pi * k / N) for k in range(N)])
     at = model.nodes[model.contact_node]
     apart = np.linalg.norm(copies[:, :, None] - at, axis=3).min(axis=0)  # (own, C)
-    nearest, reach = apart.argmin(axis=0), np.hypot(at[:, 0], at[:, 1]).max()
-    worst = int(apart.min(axis=0).argmax())
-    if not apart.min(axis=0)[worst] <= PAIRING * reach:
+    nearest, reach = apart.argmin(axis=0), float(np.hypot(at[:, 0], at[:, 1]).max())
+    missed = apart.min(axis=0)
+    worst = int(missed.argmax())
+    if not missed[worst] <= PAIRING * reach:
         x, y, z = 1e3 * at[worst]
         raise InputError(
             f"--second-order: the contact node at {x:.6g}, {y:.6g}, {z:.6g} mm is on no blade "
             f"like that of it, turned by 360/{N} degrees about z: the nearest one is "
-            f"{1e3 * apart.min(axis=0)[worst]:.3g} mm away"
+            f"{1e3 * missed[worst]:.3g} mm away"
         )
     return model._replace(bent=bent.at(nearest))
 
@@ -91,7 +92,7 @@ def _amplitude(alone: Any, moved: Any, mode: Any, number: int) -> float:
     node, direction = alone.dof.T
     placed = (direction >= 1) & (direction <= 3) & np.isfinite(angle[node])
     told, exact = parts[node[placed], direction[placed] - 1], mode[placed]
-    size = np.linalg.norm(told) * np.linalg.norm(exact)
+    size = float(np.linalg.norm(told) * np.linalg.norm(exact))
     cosine = float(told @ exact) / size if size > 0.0 else 0.0
     if not abs(cosine) >= LIKE:
         raise InputError(

@@ -5,12 +5,14 @@ import pytest
 
 from evidence.blisk.mesh import sector
 from evidence.truth.hexahedra import SMALL, about, matrices, sector_arrays, stored
+from hpcrub.commands import import_bending, import_model
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, bending, bent_blades, neutral, reduced
 from hpcrub.model.imported.blade_modes import inner_rows
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cartesian
 from hpcrub.model.imported.second_order import second_order
+from hpcrub.results import model_file
 
 P = 3
 BLADE = SMALL._replace(span=4, thickness=8.0)
@@ -45,7 +47,11 @@ class Alone:
         self.phi = self.phi.reshape(-1, 3, P)
 
     def bent(self, eps=1e-4):
-        """What `bending` makes of the stiffness about the modes, as far as eps [m] at most."""
+        """What `bending` makes of these."""
+        return bending.of_blade(self.model, self.shapes(eps))
+
+    def shapes(self, eps=1e-4):
+        """The blade bent into its modes, as far as eps [m] at most."""
         shapes = []
         for mode in range(P):
             moved = eps / np.abs(self.phi[..., mode]).max() * self.phi[..., mode]
@@ -57,7 +63,7 @@ class Alone:
                 for K in both
             ]
             shapes.append(bending.Bent(moved, *models))
-        return bending.of_blade(self.model, shapes)
+        return shapes
 
     def rest(self, load):
         """Displacements (n, 3) at rest under a load (n, 3) [N], by Newton's method."""
@@ -213,6 +219,56 @@ def test_directions_are_those_of_a_conical_casing(fan):
     np.testing.assert_allclose(cone.shortening, turned, rtol=1e-12)
     np.testing.assert_allclose(cone.curvature, c * flat.curvature, rtol=1e-12)
     np.testing.assert_array_equal(cone.observed, flat.observed)
+
+
+def folder_of(twisted, folder, unit):
+    """The folder of --second-order, its tables in a unit [m]."""
+    one = twisted.model._replace(blade_stiffness=twisted.model.stiffness[0])
+    model_file.write(folder / "blade.h5", neutral.to_arrays(one))
+    for number, shape in enumerate(twisted.shapes(), 1):
+        for name in ("forwards", "backwards"):
+            arrays = neutral.to_arrays(getattr(shape, name))
+            model_file.write(folder / f"{name}_{number}.h5", arrays)
+        table = np.column_stack([twisted.nodes, shape.moved])[::-1] / unit
+        names = ",".join(import_bending.COLUMNS)
+        np.savetxt(folder / f"bent_{number}.csv", table, delimiter=",", header=names, comments="")
+    return folder
+
+
+def test_a_folder_of_a_bent_blade_is_imported(twisted, blisk, tmp_path, capsys):
+    """The command makes of files what the library makes of the same blade, in any unit."""
+    model_file.write(tmp_path / "sector.h5", sector_arrays(BLADE))
+    options = ["--second-order", str(folder_of(twisted, tmp_path, 1e-3)), "--table-units", "mm t s"]
+    out = tmp_path / "out.h5"
+    command = ["model", str(tmp_path / "sector.h5"), *options, "--output", str(out)]
+    assert import_model.main(command) == 0
+    assert "shortens a blade by" in capsys.readouterr().out
+    for name in (bent_blades.TIPS, bent_blades.BLADE, bent_blades.MODES):
+        told, exact = model_file.read(out)[name], blisk[name]
+        np.testing.assert_allclose(told, exact, atol=1e-6 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("bent_1.csv", "x,y,z,ux,uy,uz\n0,0,0,1,1,1\n", "no row for the node at"),
+        ("bent_1.csv", None, "there is no"),
+        ("bent_2.csv", "bent_1.csv", "bent shape 2 is not mode 2 of the blade"),
+        ("forwards_1.h5", "sector.h5", "one blade alone is expected"),
+    ],
+)
+def test_a_folder_that_cannot_be_right_is_refused(twisted, tmp_path, name, text, message):
+    model_file.write(tmp_path / "sector.h5", sector_arrays(BLADE))
+    folder = folder_of(twisted, tmp_path, 1.0)
+    if text is None:
+        (folder / name).unlink()
+    elif (folder / text).exists():
+        (folder / name).write_bytes((folder / text).read_bytes())
+    else:
+        (folder / name).write_text(text)
+    model = neutral.from_arrays(sector_arrays(BLADE))
+    with pytest.raises(InputError, match=message):
+        import_bending.with_second_order(model, folder, 1.0)
 
 
 def changed(name, change):
