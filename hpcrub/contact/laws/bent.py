@@ -4,8 +4,8 @@ With the amplitudes s of the bent modes of its blade, a contact point i penetrat
 
     p = u_n + ½ κ u_t² − ½ sᵀG_n s + b(θ + u_t/R) − clearance,
 
-where u_n and u_t are the displacements to first order, and κ is the curvature of the casing along
-its circumference. Normal force and friction act along the gradient of p and along the displaced
+where u_n is the normal displacement to first order, u_t the tangential one to second order, and κ
+the curvature of the casing along its circumference. Normal force and friction act along the gradient of p and along the displaced
 tangent. With t = κ u_t + b′/R, a force that pushes the point inwards by N has the parts
 
     N (1 − μ t cos β),    N (t + μ cos β),    N μ sin β
@@ -52,7 +52,8 @@ class BentArrays(NamedTuple):
     place: np.ndarray  # place of every point on its blade (C,) int
     n_places: int  # P, most points of a blade
     shortening: np.ndarray  # G_n, G_t, G_a of every point (C, 3·p·p) [1/(m·kg)]
-    gap: np.ndarray  # what each product adds to the penetration of a point (C, M) [1/(m·kg)]
+    # what each product adds to the normal and tangential displacement of a point (C, 2·M) [1/(m·kg)]
+    displacement: np.ndarray
     coupling: np.ndarray  # force of each product on every bent mode (p, M) [1/(m·√kg·s²)]
     observed: np.ndarray  # what each product adds to an observed displacement (O, M) [1/(m·kg)]
     observed_blade: np.ndarray  # blade of every observed displacement (O,) int
@@ -102,7 +103,9 @@ class Bent(BentArrays):
             place=place,
             n_places=int(counts.max()),
             shortening=np.pad(second.shortening.reshape(n, -1), (padding, (0, 0))),
-            gap=np.pad(_folded(second.shortening[:, 0]), (padding, (0, 0))),
+            displacement=np.pad(
+                _folded(second.shortening[:, :2]).reshape(n, -1), (padding, (0, 0))
+            ),
             coupling=_folded(second.coupling),
             observed=_folded(second.observed),
             observed_blade=interface.observed_blade,
@@ -142,14 +145,17 @@ class Bent(BentArrays):
         bent, state, law = bank.law.kinematics, bank.state, bank.law
         bank.basis.displace(lanes, bank, bent)
         multiply(lanes, bent, state)
-        n_products, deepest = bent.gap.shape[1], v.splat(lanes, -np.inf)
+        n_products, deepest = bent.coupling.shape[1], v.splat(lanes, -np.inf)
         ramp, zero = v.load(lanes, state.ramp, 0), v.splat(lanes, 0.0)
         for i in law.points:
             first = law.blade[i] * n_products
-            u = v.load(lanes, bent.along, i)
-            depth = v.fma(0.5 * bent.curvature[i] * u, u, v.load(lanes, state.penetration, i))
+            depth, u = v.load(lanes, state.penetration, i), v.load(lanes, bent.along, i)
             for m in range(n_products):
-                depth = v.fma(v.load(lanes, bent.products, first + m), bent.gap[i, m], depth)
+                product = v.load(lanes, bent.products, first + m)
+                depth = v.fma(product, bent.displacement[i, m], depth)
+                u = v.fma(product, bent.displacement[i, n_products + m], u)
+            v.store(bent.along, i, u)
+            depth = v.fma(0.5 * bent.curvature[i] * u, u, depth)
             most = v.fma(ramp, bent.highest - bank.scheme.bump[step, i], depth)
             v.store(bent.slope, i, zero)
             if v.any_lane(most > 0.0):
