@@ -7,13 +7,14 @@ from scipy.linalg import eigh
 
 from evidence.truth.corotational import planar_blade
 from evidence.truth.disk import MATERIAL, disk_section, make_disk
+from evidence.truth.exact_rubbing import of_blade
 from evidence.truth.second_order import Structure
 from hpcrub.model.second_order_planar import planar_second_order
 
 
 @cache
 def clamped(bow, damping_ratio=0.0):
-    """A `corotational.Blade` of a bow [-], its mass, and the `second_order.Structure` of it."""
+    """A blade of a bow [-]: `exact_rubbing.Structure` and `second_order.Structure` of it."""
     section, disk = disk_section({"bow": bow}), make_disk({"bow": bow})
     blade, mass = planar_blade(section, MATERIAL)
     model = planar_second_order(disk, np.eye(len(disk.mass)), section, MATERIAL)
@@ -33,4 +34,4 @@ def clamped(bow, damping_ratio=0.0):
         coupling=model.coupling,
         curvature=model.curvature[:1],
     )
-    return blade, mass, structure
+    return of_blade(blade, mass, disk.contact_radius[0]), structure
