@@ -5,7 +5,9 @@ import pytest
 
 from evidence.truth import second_order
 from evidence.truth.bent_blade import clamped
-from evidence.truth.exact_rubbing import rub
+from evidence.truth.corotational import planar_blade
+from evidence.truth.disk import MATERIAL, disk_section, reference_disk
+from evidence.truth.exact_rubbing import of_disk, rub
 from evidence.truth.ring import Wall
 
 HZ, STEP = 40.0, 4e-6
@@ -33,6 +35,18 @@ def test_second_order_follows_blades_with_exact_rotations(bow, better):
     assert second < first / better
     assert smaller < 0.6 * second
     assert polar > 0.8 * first  # the displaced tip alone is no better
+
+
+def test_a_disk_of_exact_rotations_is_the_linear_disk_in_small_motion():
+    """The derivative of its forces, by complex steps, along motions of all dof, ring and roots."""
+    disk = reference_disk()
+    blade, _ = planar_blade(disk_section(), MATERIAL)
+    exact = of_disk(disk, blade, disk_section().hub_radius)
+    motion = np.random.default_rng(1).normal(size=(3, len(disk.mass)))
+    for u in motion:
+        derivative = exact.force(1e-30j * u).imag / 1e-30
+        expected = disk.stiffness @ u
+        np.testing.assert_allclose(derivative, expected, atol=1e-9 * np.abs(expected).max())
 
 
 def test_motion_without_contact_conserves_energy():
