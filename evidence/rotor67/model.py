@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evidence import calculix
+from evidence import calculix, second_order
 from evidence.calculix import Mesh
 from evidence.rotor67 import mesh as meshes
 from evidence.rotor67 import reduction
 from evidence.rotor67 import sections as geometry
 from evidence.rotor67.numbers import Number
 from evidence.rotor67.sections import Sections
-from hpcrub.model.imported import neutral
+from hpcrub.model.imported import bending, neutral
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.model.imported.neutral import polynomial
@@ -143,6 +143,15 @@ def blade_alone(fan: Fan, folder: Path) -> neutral.NeutralModel:
     path = folder / "blade.inp"
     calculix.solve(path, fan.running, at_rest(fan.running), blade=True)
     return _model(reader.read(path, Lists("TIP")), fan.running)
+
+
+def with_second_order(model: neutral.NeutralModel, fan: Fan, folder: Path) -> neutral.NeutralModel:
+    """The reduced fan with the second order of its blades: of `blade_alone`, its root held."""
+
+    def read(path):
+        return _model(reader.read(path, Lists("TIP")), fan.running)
+
+    return bending.onto(model, *second_order.by_calculix(fan.running, read, folder))
 
 
 def reduced(fan: Fan, models: list, blade: neutral.NeutralModel) -> dict:

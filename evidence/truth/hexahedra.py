@@ -9,6 +9,7 @@ YOUNG, POISSON, DENSITY = 113.8e9, 0.33, 4430.0  # titanium
 SMALL = Shape(
     n_sectors=5, radial=1, around=4, axial=1, span=3, through=2, thickness=14.0, width=30.0
 )
+STRAINS = (0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)
 _SIGN = 2.0 * np.array(CORNERS) - 1.0
 
 
@@ -20,10 +21,7 @@ def matrices(nodes, elements):
         K += size[:, None, None] * (B.transpose(0, 2, 1) @ D @ B)
         N = np.kron(shape, np.eye(3))
         M += DENSITY * size[:, None, None] * (N.T @ N)
-    rows = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), 24)
-    i, j = (np.broadcast_to(x, K.shape).ravel() for x in (rows[:, :, None], rows[:, None]))
-    n = 3 * len(nodes)
-    return tuple(sp.coo_array((A.ravel(), (i, j)), shape=(n, n)).tocsr() for A in (K, M))
+    return tuple(_assembled(A, elements, len(nodes)) for A in (K, M))
 
 
 def stresses(nodes, elements, moved):
@@ -32,6 +30,46 @@ def stresses(nodes, elements, moved):
     parts = [np.einsum("ij,ejd,ked->kei", elasticity(), B, own)
              for _, _, B in points(nodes, elements)]  # fmt: skip
     return np.stack(parts, axis=2)[..., [0, 1, 2, 3, 5, 4]]
+
+
+def about(nodes, elements, moved):
+    """Tangent stiffness (3n, 3n) sparse and inner forces (n, 3) about displacements (n, 3) [m].
+
+    Large displacements of a body whose stress is linear in Green's strain (St. Venant, Kirchhoff).
+    """
+    D = elasticity()
+    K, force = np.zeros((len(elements), 24, 24)), np.zeros((len(elements), 24))
+    for _, size, B in points(nodes, elements):
+        rows = B.reshape(-1, 6, 8, 3)
+        slope = np.stack([rows[:, i, :, i] for i in range(3)], axis=2)  # (e, 8, 3)
+        H = np.einsum("eai,eaj->eij", moved[elements], slope)  # displacement gradient
+        bent = np.zeros_like(rows)
+        for row, (i, j) in enumerate(STRAINS):
+            both = slope[:, :, i, None] * (np.eye(3) + H)[:, None, :, j]
+            both = both + (i != j) * slope[:, :, j, None] * (np.eye(3) + H)[:, None, :, i]
+            bent[:, row] = both
+        bent = bent.reshape(-1, 6, 24)
+        green = (H + H.swapaxes(1, 2) + H.swapaxes(1, 2) @ H) / 2
+        strain = np.stack([green[:, i, j] * (1 + (i != j)) for i, j in STRAINS], axis=1)
+        stress = strain @ D
+        tensor = stress[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
+        K += size[:, None, None] * (bent.transpose(0, 2, 1) @ D @ bent)
+        pulled = np.einsum("eai,eij,ebj->eab", slope, tensor, slope)
+        K += size[:, None, None] * np.einsum("eab,ij->eaibj", pulled, np.eye(3)).reshape(K.shape)
+        force += size[:, None] * np.einsum("erk,er->ek", bent, stress)
+    return _assembled(K, elements, len(nodes)), _summed(force, elements, len(nodes))
+
+
+def _assembled(K, elements, n_nodes):
+    rows = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), 24)
+    i, j = (np.broadcast_to(x, K.shape).ravel() for x in (rows[:, :, None], rows[:, None]))
+    return sp.coo_array((K.ravel(), (i, j)), shape=(3 * n_nodes, 3 * n_nodes)).tocsr()
+
+
+def _summed(force, elements, n_nodes):
+    out = np.zeros((n_nodes, 3))
+    np.add.at(out, elements, force.reshape(-1, 8, 3))
+    return out
 
 
 def elasticity():
@@ -57,7 +95,7 @@ def points(nodes, elements):
         B = np.zeros((len(elements), 6, 8, 3))
         for i in range(3):
             B[:, i, :, i] = g[:, :, i]
-        for row, (i, j) in zip((3, 4, 5), ((0, 1), (1, 2), (0, 2)), strict=True):
+        for row, (i, j) in list(enumerate(STRAINS))[3:]:
             B[:, row, :, i], B[:, row, :, j] = g[:, :, j], g[:, :, i]
         yield shape, size, B.reshape(len(elements), 6, 24)
 

@@ -3,14 +3,16 @@
 import argparse
 import functools
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from hpcrub.commands import import_bending
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError, reading
 from hpcrub.model import crossings, families
-from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced, stress
+from hpcrub.model.imported import assembly, bent_blades, checks, cyclic, neutral, reduced, stress
 from hpcrub.model.imported.arrays import Arrays
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import abaqus, ansys, calculix, matrix_market, nastran
@@ -56,6 +58,10 @@ OPTIONS: tuple[tuple[Iterable[str], str, dict[str, Any]], ...] = (  # formats th
         "a unit of each coordinate"}),
     (["model"], "--static", {
         "metavar": "TABLE.csv", "help": "stress of the rotation, a line for each place"}),
+    (["model"], "--second-order", {
+        "metavar": "FOLDER",
+        "help": "one blade alone, and bent into its modes: blade.h5; bent_1.csv, forwards_1.h5, "
+        "backwards_1.h5, and so on"}),
     (["model"], "--table-units", {
         "metavar": "UNITS",
         "help": 'of these tables: "mm t s" for MPa and MPa per mm, "m kg s" for Pa and Pa per m'}),
@@ -119,6 +125,9 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
         arrays["contact_blade"] = assembly.blade_numbers(arrays)
     model = neutral.from_arrays(arrays)
+    if options.format == "model" and options.second_order:
+        length = _table_units(options)[0]
+        model = import_bending.with_second_order(model, Path(options.second_order), length)
     if options.format == "calculix" and options.stress:  # at places that these modes select
         model, size = stress.chosen(model, 2 * np.pi * options.speed_hz)
         modes = ", ".join(f"{1e-9 * value:.4g}" for value in size)
@@ -150,14 +159,9 @@ def _arrays(options: Any) -> Any:
 
 def _add_stresses(arrays: Any, options: Any) -> None:
     """Add tables of stress to the arrays of a model file, in the units of the file."""
-    if not options.table_units:
-        raise InputError(
-            "--table-units: the tables of --stress and --static do not tell their units: "
-            '"mm t s" for MPa and MPa per mm, "m kg s" for Pa and Pa per m'
-        )
     there = Arrays(arrays)
     own = np.array(neutral.units(options.units or there.word("units", default=neutral.SI)))
-    length, mass, time = neutral.units(options.table_units, "--table-units") / own
+    length, mass, time = _table_units(options) / own
     unit = mass / (length * time**2)
     if options.stress:
         dof, values = there.integers("dof", 2), tables.read(options.stress)[1]
@@ -170,6 +174,15 @@ def _add_stresses(arrays: Any, options: Any) -> None:
         values = tables.read(options.static)[1]
         _require_columns(options.static, values, 1)
         arrays["stress_static"] = unit * values[:, 0]
+
+
+def _table_units(options: Any) -> Any:
+    if not options.table_units:
+        raise InputError(
+            "--table-units: the tables do not tell their units: "
+            '"mm t s" for mm, MPa and MPa per mm, "m kg s" for m, Pa and Pa per m'
+        )
+    return neutral.units(options.table_units, "--table-units")
 
 
 def _require_columns(path: Any, values: Any, n: Any) -> None:
@@ -262,6 +275,13 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
         yield (
             f"stress: of the vibration at {n_places} places on {counted(of, 'blade')}"
             f"{static if len(model.stress_static) else ''}"
+        )
+    if model.bent is not None:
+        radius = np.hypot(*model.nodes[model.contact_node, :2].T)
+        share = 1e2 * bent_blades.check(model.bent, radius) / (2e3 * radius.mean())
+        yield (
+            f"second order: of {counted(model.bent.modes.shape[2], 'bent mode')}; a motion of the "
+            f"tips by 10 mm in the first one shortens a blade by {share:.3g} mm"
         )
     yield from _rotation(model, options)
     if options.speed_hz and len(model.stiffness) == 1:

@@ -297,7 +297,7 @@ MPA = "--table-units", "mm t s"
 @pytest.mark.parametrize(
     ("stress", "static", "units", "words"),
     [
-        (60.0, 250.0, None, "--table-units: the tables of --stress and --static do not tell"),
+        (60.0, 250.0, None, "--table-units: the tables do not tell their units"),
         (60.0, 250.0, "mm t", '--table-units: "mm t" is not a length'),
         (60.0, 0.0, "m kg s", "MPa per mm of a tip in the first family, which no blade has"),
         (6e10, 0.0, "mm t s", "MPa per mm of a tip in the first family, which no blade has"),

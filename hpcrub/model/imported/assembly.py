@@ -141,6 +141,7 @@ def _unfold(model: Any) -> Any:
         stress=whole(model.stress, np.arange(N * n_places).reshape(N, n_places)),
         stress_blade=np.repeat(np.arange(N), n_places),
         stress_static=np.tile(model.stress_static, N),
+        bent=model.bent and model.bent.at(np.tile(np.arange(len(model.contact_node)), N)),
     )
 
 

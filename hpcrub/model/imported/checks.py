@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.errors import InputError
+from hpcrub.model.imported import bent_blades
 from hpcrub.model.imported.frames import turn
 from hpcrub.model.imported.neutral import NeutralModel
 
@@ -49,8 +50,7 @@ def check(model: NeutralModel) -> Findings:
             f"{model.contact_node[worst]} is more than a tenth of the tip radius; are the units "
             "those of the file?"
         )
-    _check_stress(model)
-    _check_blade_stiffness(model)
+    _check_blades(model, tip)
     if model.kind == "reduced":
         if not np.linalg.eigvalsh(model.mass)[0] > 0.0:
             raise InputError("M: the mass matrix is not positive definite")
@@ -129,6 +129,13 @@ def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
     usual = [np.median(column[column > 0.0]) if column.any() else 0.0 for column in size.T]
     size = np.where(size > UNFELT * np.array(usual), size, np.inf)
     return (force / size).max(axis=1)
+
+
+def _check_blades(model: Any, tip: Any) -> None:
+    _check_stress(model)
+    _check_blade_stiffness(model)
+    if model.bent is not None:
+        bent_blades.check(model.bent, tip)
 
 
 def _check_stress(model: Any) -> None:

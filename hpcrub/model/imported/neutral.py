@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported import supports
+from hpcrub.model.imported import bent_blades, supports
 from hpcrub.model.imported.arrays import Arrays, stored, symmetric
 
 VERSION = 1
@@ -55,6 +55,7 @@ class NeutralModel(NamedTuple):
     speeds: np.ndarray = np.zeros(0)  # between which K0, K1, K2 are known [Hz]; (0,): anywhere
     # (n,) in an assembled disk: blade that has stiffness in the row, -1 where no blade has any
     row_blade: np.ndarray = NONE
+    bent: bent_blades.BentBlades | None = None  # second order of the blades
 
     @property
     def n_blades(self) -> int:
@@ -152,6 +153,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         n_sectors=left.number("n_sectors", default=0),
         blade_stiffness=_blade_stiffness(left, kind, n, scale, work),
         surface=left.integers("surface", 4, default=NO_FACES),
+        bent=bent_blades.taken(left, len(contact_node), (length, mass, time), flip),
         **_blade_modes(left, n, np.sqrt(mass) * length * scale),
         **_stress(left, kind, n, scale, mass / (length * time**2)),
     )
@@ -186,6 +188,8 @@ def _alike(model: Any) -> Any:
         if len(np.unique(nearest)) == len(first):  # else the blades are not alike
             order[mine] = mine[[*nearest, *np.setdiff1d(np.arange(len(mine)), nearest)]]
     names = "contact_node", "contact_clearance", "contact_normal"
+    if model.bent is not None:
+        model = model._replace(bent=model.bent.at(order))
     return model._replace(**{name: getattr(model, name)[order] for name in names})
 
 
@@ -210,6 +214,7 @@ def to_arrays(model: NeutralModel) -> dict:
     if model.blade_frequencies is not None:
         arrays["blade_frequencies_hz"] = model.blade_frequencies
         arrays["blade_participation"] = model.participation
+    arrays |= bent_blades.stored(model.bent)
     optional = ("fixed", "low", "high", "surface", "stress_blade", "stress_static")
     return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
 

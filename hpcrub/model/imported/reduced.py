@@ -9,6 +9,7 @@ from hpcrub.model import reduction
 from hpcrub.model.imported import blade_modes, craig_bampton
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
+from hpcrub.model.imported.second_order import second_order
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel, project
 
@@ -54,12 +55,16 @@ def reduce_disk(
         stress=disk.stress @ basis,
         stress_blade=disk.stress_blade,
         stress_static=disk.stress_static,
+        bent=disk.bent,
     )
     return model, basis
 
 
 def interface(model: NeutralModel) -> Interface:
-    """Contact interface of a reduced, cylindrical model; it observes tangential displacements."""
+    """Contact interface of a reduced, cylindrical model; it observes tangential displacements.
+
+    Raises InputError for a second order that cannot be that of the model's blades.
+    """
     rows, one = contact_rows(model), np.eye(len(model.dof))
     at = model.nodes[model.contact_node]
     normal, tangential, axial = one[rows[0]], one[rows[1]], one[rows[2:].ravel()]
@@ -82,6 +87,7 @@ def interface(model: NeutralModel) -> Interface:
         stress=model.stress,
         stress_blade=model.stress_blade,
         stress_static=model.stress_static,
+        second_order=second_order(model),
     )
 
 

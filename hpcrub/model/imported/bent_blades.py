@@ -1,0 +1,98 @@
+"""Arrays of a model file that tell the second order of its blades: see `model.second_order`.
+
+They are of one blade alone, its root held, and the same for all blades.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported.arrays import Arrays
+
+TIPS, BLADE, MODES = "second_order_tips", "second_order_blade", "second_order_modes"
+MOST = 6  # bent modes
+UNEQUAL = 1e-3  # largest asymmetry, as a share of the largest entry: matrices of differences
+# Shortening of a blade by a motion u of its tip, over u^2 / 2R. A straight blade of length L has
+# 1.2 R/L; the limits are less than 10^3 apart, so that no wrong unit of length passes
+SHORTENS = 0.1, 60.0
+
+
+class BentBlades(NamedTuple):
+    """Second order of the tips by p mass-normalised modes, at C contact nodes, in SI units.
+
+    Directions are radial, tangential and axial at each node.
+    """
+
+    tips: np.ndarray  # (C, 3, p, p) G of the motion of each contact node [1/(m kg)]
+    coupling: np.ndarray  # (p, p, p) C [1/(m sqrt(kg) s2)]
+    modes: np.ndarray  # (C, 3, p) motion of the contact nodes in each mode [1/sqrt(kg)]
+
+    def at(self, order: np.ndarray) -> "BentBlades":
+        """Those of other contact nodes, by their numbers."""
+        return self._replace(tips=self.tips[order], modes=self.modes[order])
+
+
+def taken(
+    left: Arrays, n_contact: int, units: tuple[float, float, float], flip: np.ndarray
+) -> BentBlades | None:
+    """Take the arrays of a model file, in SI units; None where there are none.
+
+    n_contact: number of contact nodes; units: length [m], mass [kg] and time [s] of the file;
+    flip: signs (3,) of the directions. Raises InputError.
+    """
+    if not any(left.has(name) for name in (TIPS, BLADE, MODES)):
+        return None
+    length, mass, time = units
+    modes = left.floats(MODES, 3, None)
+    p = modes.shape[2]
+    if not 1 <= p <= MOST:
+        raise InputError(f"{MODES}: {p} modes, 1 to {MOST} are allowed")
+    tips, coupling = left.floats(TIPS, 3, p, p), left.floats(BLADE, p, p)
+    for name, values, n in ((MODES, modes, n_contact), (TIPS, tips, n_contact),
+                            (BLADE, coupling, p)):  # fmt: skip
+        if len(values) != n:
+            what = "modes" if name == BLADE else "contact nodes"
+            raise InputError(f"{name}: of {len(values)}, and there are {n} {what}")
+    across = np.swapaxes(tips, 2, 3)
+    apart = float(np.abs(tips - across).max())
+    if apart > UNEQUAL * np.abs(tips).max():
+        raise InputError(
+            f"{TIPS}: not symmetric in its last two directions, they differ by {apart:.3g}; at "
+            f"most {UNEQUAL:g} of the largest entry, {np.abs(tips).max():.3g}, is allowed"
+        )
+    turned = flip[:, None, None]
+    return BentBlades(
+        tips=turned * (tips + across) / (2.0 * mass * length),
+        coupling=coupling / (length * np.sqrt(mass) * time**2),
+        modes=flip[:, None] * modes / np.sqrt(mass),
+    )
+
+
+def stored(bent: BentBlades | None) -> dict[str, Any]:
+    """Arrays of a model file, by name; the inverse of `taken` in SI units."""
+    return {} if bent is None else {TIPS: bent.tips, BLADE: bent.coupling, MODES: bent.modes}
+
+
+def check(bent: BentBlades, radius: np.ndarray) -> float:
+    """Return the shortening of a blade by a motion u of its tips in the first mode, over u^2 / 2R.
+
+    radius: of the contact nodes (C,) [m]; means over them. Raises InputError for what no blade has.
+    """
+    square = (bent.modes[:, :, 0] ** 2).sum(axis=1).mean()
+    if not square > 0.0:
+        raise InputError(f"{MODES}: the first mode moves no contact node")
+    shortens = float((radius * bent.tips[:, 0, 0, 0]).mean() / square)
+    if shortens < 0.0:
+        raise InputError(
+            f"{TIPS}: the blade becomes longer when it bends, by {-shortens:.3g} u^2/2R for a "
+            "motion u of its tips in the first mode; its radial entry [0, 0] must be positive: "
+            "a tip moves outwards by -s G s / 2"
+        )
+    if not SHORTENS[0] <= shortens <= SHORTENS[1]:
+        raise InputError(
+            f"{TIPS}: the blade becomes shorter by {shortens:.3g} u^2/2R for a motion u of its "
+            f"tips in the first mode, {SHORTENS[0]:g} to {SHORTENS[1]:g} are expected; are the "
+            f"units of it and of {MODES} those of the file?"
+        )
+    return shortens

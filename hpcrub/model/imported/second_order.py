@@ -1,0 +1,115 @@
+"""Second order of the blades of a reduced model, from the arrays of `bent_blades`."""
+
+from typing import Any
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported import bent_blades
+from hpcrub.model.imported.bent_blades import BLADE, MODES
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows
+from hpcrub.model.second_order import SecondOrder
+
+LIKE = 0.8  # smallest cosine between the tips' motions in a mode of the file and in its blades
+SIZES = 0.5, 2.0  # ratio of the sizes of both
+UNEQUAL = 0.02  # largest asymmetry of C, as a share of its largest entry (both over w^2)
+STRONG = 1e3  # of C s, in units of w^2 u / R for a motion u of the tip: what no blade has
+
+
+def second_order(model: NeutralModel) -> SecondOrder | None:
+    """Second order of the blades of a reduced, cylindrical model; None where it tells none.
+
+    Raises InputError: the modes are not those of `blade_participation`, or C cannot be right.
+    """
+    own = model.bent
+    if own is None:
+        return None
+    p, n_modes = len(own.coupling), 0
+    if model.participation is not None and model.blade_frequencies is not None:
+        n_modes = model.participation.shape[1]
+    if p > n_modes:
+        raise InputError(
+            f"{MODES}: {p} modes, and the blades have {n_modes} cantilever modes; second order "
+            "needs blade_frequencies_hz and blade_participation, which --reduce makes of K_blade"
+        )
+    omega = 2 * np.pi * model.blade_frequencies[0, :p]
+    radius = np.hypot(*model.nodes[model.contact_node, :2].T)
+    bent_blades.check(own, radius)
+    outward, along = (model.contact_normal[:, k, None, None] for k in (0, 2))
+    radial, tangential, axial = np.moveaxis(own.tips, 1, 0)
+    turned = outward * radial + along * axial, tangential, outward * axial - along * radial
+    return SecondOrder(
+        participation=_signs(model, omega)[:, :, None] * model.participation[:, :p],
+        shortening=np.stack(turned, axis=1),
+        observed=tangential,
+        coupling=_coupling(own, omega, float(radius.max())),
+        omega=omega,
+        curvature=model.contact_normal[:, 0] / radius,
+    )
+
+
+def _signs(model: Any, omega: Any) -> Any:
+    """Signs (N, p) that turn the modes of every blade into those of the file's second order.
+
+    The load whose work is the amplitude of mode a, held against the disk's stiffness, bends the
+    blade into mode a over its frequency's square, and nothing else: u = K^-1 P^T = mode / w^2.
+    """
+    p = len(omega)
+    loads = model.participation[:, :p].reshape(-1, len(model.dof)).T
+    try:
+        moved = cho_solve(cho_factor(model.stiffness[0]), loads)
+    except np.linalg.LinAlgError:
+        raise InputError("K: the stiffness is not positive definite") from None
+    rows = contact_rows(model)
+    directions = len(rows)
+    signs = np.zeros((model.n_blades, p))
+    for blade in range(model.n_blades):
+        mine = model.contact_blade == blade
+        found = moved[rows[:, mine]][..., blade * p : (blade + 1) * p] * omega**2
+        told = model.bent.modes[mine, :directions].transpose(1, 0, 2)
+        size, other = (np.sqrt((a**2).sum(axis=(0, 1))) for a in (told, found))
+        cosine = (told * found).sum(axis=(0, 1)) / np.maximum(size * other, 1e-300)
+        for mode in range(p):
+            _check_mode(blade, mode, cosine[mode], size[mode] / max(other[mode], 1e-300))
+        signs[blade] = np.sign(cosine)
+    return signs
+
+
+def _check_mode(blade: int, mode: int, cosine: float, ratio: float) -> None:
+    if abs(cosine) < LIKE:
+        raise InputError(
+            f"{MODES}: mode {mode} does not move the tips as that of blade {blade} does by "
+            f"blade_participation (cosine {cosine:.2f}, at least {LIKE:g} is expected); modes are "
+            "those of a blade alone, its root held, in the order of their frequencies"
+        )
+    if not SIZES[0] <= ratio <= SIZES[1]:
+        raise InputError(
+            f"{MODES}: mode {mode} moves the tips {ratio:.3g} times as far as that of blade "
+            f"{blade} does by blade_participation, {SIZES[0]:g} to {SIZES[1]:g} is expected; are "
+            "modes mass-normalised, and the units those of the file?"
+        )
+
+
+def _coupling(own: Any, omega: Any, radius: float) -> Any:
+    """C, made symmetric in all three. Raises InputError for one that is not, or of wrong units."""
+    p = len(omega)
+    square = np.cbrt(np.einsum("a,b,c->abc", *3 * [omega**2]))
+    tip = np.sqrt((own.modes[:, :, 0] ** 2).sum(axis=1).mean())  # of a unit of the first mode
+    share = own.coupling / square * (radius / tip)  # of w^2 u / R
+    orders = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (1, 0, 2), (2, 1, 0)]
+    mean = sum(own.coupling.transpose(order) for order in orders) / len(orders)
+    apart = np.abs(own.coupling - mean) / square * (radius / tip)
+    if apart.max() > UNEQUAL * max(np.abs(share).max(), 1.0):
+        a, b, c = np.unravel_index(apart.argmax(), (p, p, p))
+        raise InputError(
+            f"{BLADE}: not symmetric in its three modes: [{a}, {b}, {c}] is "
+            f"{own.coupling[a, b, c]:.4g}, and the mean of its permutations {mean[a, b, c]:.4g} "
+            "(SI units)"
+        )
+    if np.abs(share).max() > STRONG:
+        raise InputError(
+            f"{BLADE}: bent by a hundredth of the tip's radius the blade would change its "
+            f"stiffness by {np.abs(share).max() / 100:.3g} of it; are the units those of the file?"
+        )
+    return mean

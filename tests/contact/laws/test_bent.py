@@ -1,0 +1,133 @@
+"""Kinematics to second order: the kernel against a program that shares no code with it.
+
+The second program closes gaps by the whole gradients of all points, where the kernel leaves out how
+the tilt of a blade's point changes what other blades' forces move it by.
+"""
+
+from functools import cache, partial
+from itertools import permutations
+
+import numpy as np
+import pytest
+
+from evidence.truth import second_order as truth
+from evidence.truth.ring import Wall
+from hpcrub.contact.bank import allocate, fill_lane
+from hpcrub.contact.integrate import run
+from hpcrub.contact.observers import Record
+from hpcrub.model.casing import CasingShape
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.model.second_order import SecondOrder
+from hpcrub.model.tuned_basis import own_modes, tuned_basis
+from hpcrub.response.revolution import Grid
+from hpcrub.response.scene import Scene
+from hpcrub.setup.problem import build_problem
+from tests.contact.test_kernel import plain_python
+from tests.model.test_tuned_basis import small_disk
+from tests.program import load
+
+WIDTH, XI = 8, 0.01
+DEVIATION = 0.03 * np.sin(1.7 * np.arange(12.0))
+
+
+@cache
+def planar(kinematics="second_order"):
+    """Modes of the mistuned reference disk, and its scene."""
+    problem = build_problem(load("inputs/quickstart.yaml", [f"contact.kinematics={kinematics}"]))
+    scene = problem.scene._replace(damping_ratio=XI, ramp_time=1e-3)
+    return mistuned_modes(problem.reduced, DEVIATION), scene
+
+
+def spatial(is_cyclic, size=0.3):
+    """Modes and scene of five blades with two points each; size: of all second order.
+
+    At size 1 the second order of a motion of 0.3 mm is a third of it.
+    """
+    model = small_disk(5, by_modes=True)
+    face, rng = model.interface, np.random.default_rng(3)
+    points = np.argsort(face.blade, kind="stable").reshape(5, 2)
+    rows = [face.tangential[points[:, 0]], face.axial[points[:, 0]], face.normal[points[:, 1]]]
+    bent = np.einsum("pbm,bmk->bpk", rows, model.blade_stiffness)
+    bent /= np.abs(bent @ model.tuned_modes).max(axis=(0, 2))[:, None]
+    G = 1e4 * size * rng.standard_normal((2, 3, 3, 3))
+    C = 2e10 * size * rng.standard_normal((3, 3, 3))
+    shortening = np.empty((len(face.blade), 3, 3, 3))
+    shortening[points] = G + G.swapaxes(2, 3)
+    coupling = sum(C.transpose(order) for order in permutations(range(3)))
+    curvature = size / face.radius
+    second = SecondOrder(bent, shortening, shortening[:, 1], coupling, np.ones(3), curvature)
+    face = face._replace(second_order=second)
+    modes = tuned_basis(model._replace(interface=face), 0.06).modes_of(DEVIATION[:5]).fixed
+    scene = Scene(face, XI, CasingShape(2, 3e-4), 1e-4, 1e-3, 0.2, scheme="exact_modal")
+    return modes if is_cyclic else own_modes(modes), scene
+
+
+def integrated(modes, scene, speed, revolution):
+    """Observed displacements (n, O) of the first lane, from rest, until a bump has passed."""
+    grid = Grid(revolution, scene.casing.repeats, 1)
+    bank = allocate(modes, scene, grid, WIDTH)
+    fill_lane(bank, 0, modes, scene, 1.0 / (speed * revolution))
+    record = Record.allocate(bank, 1, 1)
+    run(bank, 1, record)
+    found = record.history.reshape(grid.steps_per_block, -1, WIDTH)
+    return found[:, : len(modes.observed), 0]
+
+
+def second_program(modes, scene, speed, revolution):
+    """The same by the other program."""
+    n_steps = revolution // scene.casing.repeats
+    wall = truth.casing_of(Wall(*scene.casing[:2], 0.0, 0.0, scene.ramp_time))
+    structure = truth.structure_of(modes, scene.interface, scene.interface.second_order, XI)
+    found = truth.integrate(
+        structure, wall, scene.clearance, scene.friction, speed, 1.0 / (speed * revolution),
+        n_steps, "second", scene.scheme,
+    )  # fmt: skip
+    return found.place[:, :, 1]
+
+
+CASES = {
+    "planar": (planar, 35.0, 4000),
+    "dense": (partial(spatial, False), 80.0, 16000),
+    "cyclic": (partial(spatial, True), 80.0, 16000),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_kernel_is_the_second_program_as_the_step_shrinks(case):
+    """They differ by the time at which bent modes push, and by the casing between two steps."""
+    disk, speed, finest = CASES[case]
+    modes, scene = disk()
+    own, errors = own_modes(modes) if modes.blades else modes, []
+    for revolution in (finest // 2, finest):
+        exact = second_program(own, scene, speed, revolution)
+        seen = integrated(modes, scene, speed, revolution)
+        small = scene.interface._replace(second_order=None, axial=modes.axial)
+        errors.append(np.abs(seen - exact).max())
+        first = modes._replace(bent=modes.bent[:0])
+        first = integrated(first, scene._replace(interface=small), speed, revolution)
+    print(case, errors, np.abs(first - exact).max(), np.abs(exact).max())
+    assert errors[1] < 0.6 * errors[0]
+    assert errors[1] < 0.03 * np.abs(first - exact).max()
+
+
+def test_the_plain_python_twin_takes_the_same_steps(tmp_path):
+    disk = "integrated(*spatial({}), 80.0, 400)"
+    for is_cyclic in (False, True):
+        twin = plain_python(disk.format(is_cyclic), __name__, tmp_path)
+        compiled = integrated(*spatial(is_cyclic), 80.0, 400)
+        assert np.abs(compiled).max() > 1e-5
+        np.testing.assert_allclose(twin, compiled, rtol=0.0, atol=1e-9 * np.abs(compiled).max())
+
+
+def energies(is_cyclic, h_per_turn):
+    """Energy of disk and casing after every step, its cubic part, and that of the casing [J].
+
+    The casing is round and gives; neither damps, and nothing rubs.
+    """
+    modes, scene = spatial(is_cyclic)
+    own = own_modes(modes) if is_cyclic else modes
+    give = ElasticCasing(2e6, 0.0)
+    scene = scene._replace(
+        friction=0.0, damping_ratio=0.0, elastic_casing=give, casing=CasingShape(2, 1e-15)
+    )
+    return modes, own, scene, h_per_turn
