@@ -14,9 +14,10 @@ from evidence import page, progress
 
 CASES = (  # modules of this folder
     "bouncing_bar", "moving_wall", "cantilever", "full_disk", "linear_load", "energy_audit",
-    "coating", "casing", "sliding", "root_stress", "clamped_rod",
+    "coating", "casing", "sliding", "root_stress", "clamped_rod", "bent_blade",
+    "bent_disk",
 )  # fmt: skip
-FAST = ("moving_wall", "linear_load", "energy_audit", "casing")
+FAST = ("moving_wall", "linear_load", "energy_audit", "casing", "bent_blade")
 
 
 def main(argv=None):
