@@ -65,7 +65,7 @@ lint: $(STAMP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff format --check .
 	@$(VENV_PYTHON) -m mypy
 
-bench: $(STAMP)  ## measure speed and error, write evidence/benchmarks/report.md (15 min; ARGS=kernel)
+bench: $(STAMP)  ## measure speed, write evidence/benchmarks/report.md (8 min; ARGS=kernel)
 	@$(VENV_PYTHON) -m evidence.benchmarks $(ARGS)
 
 scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10 min)

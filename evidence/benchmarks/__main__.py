@@ -1,4 +1,4 @@
-"""Measure the kernel's speed, its error and what a sample costs; writes report.md (15 min).
+"""Measure the kernel's speed and what a sample costs; writes report.md (8 min).
 
 Every section stands for itself, and writes its tables into the page when it has been measured.
 """
@@ -8,25 +8,13 @@ import sys
 from pathlib import Path
 
 from evidence import page, progress
-from evidence.benchmarks import (
-    assembly,
-    kernel_speed,
-    law_precision,
-    sample_cost,
-    shapes,
-    shared_basis,
-    spatial_speed,
-    work_precision,
-)
+from evidence.benchmarks import kernel_speed, sample_cost, shapes, shared_basis, spatial_speed
 
 SECTIONS = {  # and how long they take on a machine of 2026 [s]
     "kernel": (kernel_speed.section, 10),
     "shapes": (shapes.section, 130),
-    "assembly": (assembly.section, 15),
     "spatial": (spatial_speed.section, 30),
     "basis": (shared_basis.section, 250),
-    "laws": (law_precision.section, 120),
-    "precision": (work_precision.section, 160),
     "sample": (sample_cost.sample, 20),
     "start": (sample_cost.start, 35),
 }
