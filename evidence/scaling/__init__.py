@@ -1,1 +1,1 @@
-"""How a study scales: measured where ranks are at hand, simulated where they are not."""
+"""How a study scales, measured on the ranks that are at hand."""

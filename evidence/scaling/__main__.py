@@ -1,4 +1,4 @@
-"""Measure how a study scales here, simulate many ranks; writes docs/scaling.md (5 min)."""
+"""Measure how a study scales on this machine; writes docs/scaling.md (5 min)."""
 
 import argparse
 import sys
@@ -28,25 +28,23 @@ def measure(cases, n_samples, n_each, all_ranks):
     found = {"costs": {c.casing.n_bumps: costs.measure(c, n_samples) for c in measured}}
     print("messages", flush=True)
     found["receive"], found["send"] = program.messages()
-    found["studied"] = cases[0].casing.n_bumps
     return found | {"studies": program.whole_studies(cases[0], n_each, all_ranks)}
 
 
 def main(argv=None):
-    """Measure, simulate, write; returns the exit code."""
+    """Measure and write; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m evidence.scaling", description=__doc__)
     parser.add_argument("--fast", action="store_true",
                         help="the whole way with one sample, without the page (20 s)")  # fmt: skip
     if parser.parse_args(argv).fast:
         found = measure([Config().replace(SMALL)], 1, 1, (1, 2))
-        print("\n".join(report.write(found, (2, 8)).values()))
+        print("\n".join(report.write(found).values()))
         return 0
     cases = load_runs(page.ROOT / "inputs" / "nodal_diameters.yaml")
     cases = sorted(cases, key=lambda case: case.casing.n_bumps != 4)  # the studied one first
     found = measure(cases, SAMPLES, EACH, RANKS)
-    parts = report.write(found, report.RANKS)
-    page.replace(page.DOCS / "performance.md", short=parts.pop("short"))
-    page.replace(page.DOCS / "scaling.md", **parts, machine=f"Measured with {page.machine()}.")
+    parts = report.write(found) | {"machine": f"Measured with {page.machine()}."}
+    page.replace(page.DOCS / "scaling.md", **parts)
     return 0
 
 
