@@ -68,7 +68,7 @@ lint: $(STAMP)  ## check style, docstrings and types
 bench: $(STAMP)  ## measure speed, write evidence/benchmarks/report.md (8 min; ARGS=kernel)
 	@$(VENV_PYTHON) -m evidence.benchmarks $(ARGS)
 
-scaling: $(STAMP)  ## measure how a study scales on this machine, write docs/scaling.md (5 min)
+scaling: $(STAMP)  ## measure how a study scales on this machine, write docs/scaling.md (1 min)
 	@$(VENV_PYTHON) -m evidence.scaling $(ARGS)
 
 blisk: $(STAMP)  ## make the blisk of the tutorial with CalculiX, and check it (1 min)

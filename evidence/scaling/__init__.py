@@ -1,1 +1,0 @@
-"""How a study scales, measured on the ranks that are at hand."""
