@@ -1,0 +1,142 @@
+"""Second order of bent blades, against the same elements with exact rotations.
+
+`evidence.truth.corotational` solves a clamped blade by Newton's method; it is held against Euler's
+elastica. Of a slender straight beam theory knows the shortening, −½∫w'² dx.
+"""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from evidence.truth.corotational import Blade, equilibrium, planar_blade, tangent
+from evidence.truth.disk import MATERIAL, disk_section, make_disk
+from hpcrub.model import elements
+from hpcrub.model.second_order import SecondOrder
+from hpcrub.model.second_order_planar import planar_second_order, third_derivative
+
+BOWS = 0.0, 0.07924
+FORCES = 100.0 * 0.5 ** np.arange(4)  # the tip moves from 0.3 mm down [N]
+DIRECTION = np.array([0.4, 0.9])  # radial and tangential part of the force
+
+
+def second_order(**blade):
+    section, disk = disk_section(blade), make_disk(blade)
+    return planar_second_order(disk, np.eye(len(disk.mass)), section, MATERIAL)
+
+
+def whole(blade, mass):
+    """Second order of a blade all of whose modes are bent."""
+    K = tangent(blade, np.zeros(len(mass)))
+    values, modes = eigh(K, mass)
+    n, section = len(values), elements.Beam(blade.axial, blade.bending, 0.0)
+    none, coupling = np.zeros((1, 3, n, n)), third_derivative(blade.nodes, section, modes)
+    participation = np.hstack([np.zeros((n, 5)), modes.T @ K / values[:, None]])[None]
+    return SecondOrder(participation, none, none[0, :1], coupling, np.sqrt(values), np.ones(1))
+
+
+def bent_modes(K, model):
+    """Bent modes (3n, p) of a blade of stiffness K, with the signs that a model gave them."""
+    own = slice(5, 5 + len(K))  # after the ring's dof of the first sector
+    return np.linalg.solve(K, model.participation[0, :, own].T * model.omega**2)
+
+
+def pushed(blade, model, force):
+    """Displacements of the tip (2,) by a force on it (2,): to second order, at first order."""
+    K = tangent(blade, np.zeros(3 * len(blade.nodes) - 3))
+    modes = bent_modes(K, model)[-3:-1]
+    load = np.zeros(len(K))
+    load[-3:-1] = force
+    linear = np.linalg.solve(K, load)[-3:-1]
+    G, C, values = model.shortening[0, :2], model.coupling, model.omega**2
+    s = rest = force @ modes / values
+    for _ in range(100):
+        s = rest - (np.einsum("e,eab,b->a", force, G, s) + 0.5 * C @ s @ s) / values
+    return linear + modes @ (s - rest) - 0.5 * G @ s @ s, linear
+
+
+def test_corotational_elements_follow_the_elastica():
+    """Tip of a cantilever under PL² = EI, of great stiffness along: Mattiasson (1981), table 1."""
+    n = 40
+    beam = Blade(np.column_stack([np.linspace(0, 1, n + 1), np.zeros(n + 1)]), 1e6, 1.0)
+    load = np.zeros(3 * n)
+    load[-2] = 1.0
+    u = equilibrium(beam, load)
+    np.testing.assert_allclose(u[-3:], [-0.05643, 0.30172, 0.46135], atol=3e-5)
+
+
+@pytest.mark.parametrize("bow", BOWS)
+def test_coupling_and_shortening_are_differences_of_the_tangent_stiffness(bow):
+    model = second_order(bow=bow)
+    blade, mass = planar_blade(disk_section({"bow": bow}), MATERIAL)
+    K = tangent(blade, np.zeros(len(mass)))
+    modes = bent_modes(K, model)
+    tip = np.linalg.solve(K, np.eye(len(K))[:, -3:-1])
+    tip -= modes @ (modes[-3:-1].T / model.omega[:, None] ** 2)
+
+    def changed(y):
+        small = 1e-5 / np.abs(y).max()
+        change = tangent(blade, small * y) - tangent(blade, -small * y)
+        return modes.T @ change @ modes / (2 * small)
+
+    found = np.array([changed(y) for y in [*modes.T, *tip.T]])
+    size = model.omega**2 / np.abs(modes[-3:-1]).max()  # of a coupling that counts
+    assert np.abs(found[:3] - model.coupling).max() < 1e-7 * size.max()
+    np.testing.assert_allclose(found[3:], model.shortening[0, :2], rtol=1e-5)
+
+
+def test_coupling_is_symmetric_and_axial_motion_has_no_second_order():
+    model = second_order()
+    assert np.abs(model.coupling).max() > 1.0
+    for order in ((1, 0, 2), (0, 2, 1)):
+        np.testing.assert_allclose(model.coupling, model.coupling.transpose(order), rtol=1e-12)
+    assert not model.shortening[:, 2].any()
+    assert np.array_equal(model.observed, model.shortening[:, 1])
+    assert np.array_equal(model.curvature, np.full(12, 2.0))
+
+
+def test_blade_that_leans_nowhere_shortens_as_its_slope_does():
+    """Mode shapes of an Euler–Bernoulli cantilever: φ_b'φ_c' integrated over the length."""
+    blade = {"n_elements": 40, "thickness": 1e-3, "lean": 0.0, "bow": 0.0}
+    model = second_order(**blade)
+    roots = np.array([1.8751040687, 4.6940911330, 7.8547574382])
+    x, weight = np.polynomial.legendre.leggauss(60)
+    z = roots[:, None] * (x + 1) / 2
+    ratio = ((np.cosh(roots) + np.cos(roots)) / (np.sinh(roots) + np.sin(roots)))[:, None]
+    slope = roots[:, None] * (np.sinh(z) + np.sin(z) - ratio * (np.cosh(z) - np.cos(z)))
+    length, of_length = 0.3, MATERIAL.density * 0.1 * 1e-3
+    expected = (slope * weight / 2) @ slope.T / (of_length * length**2)
+    found = model.shortening[0, 0]
+    sign = np.sign(found / expected)  # of mode shapes
+    np.testing.assert_allclose(np.abs(found), np.abs(expected), rtol=3e-3)
+    assert np.linalg.matrix_rank(sign) == 1
+    assert (np.diag(sign) == 1.0).all()
+
+
+@pytest.mark.parametrize("bow", BOWS)
+def test_error_of_a_pushed_blade_is_of_third_order(bow):
+    """With all modes bent; three leave a small part of what is of second order."""
+    blade, mass = planar_blade(disk_section({"bow": bow}), MATERIAL)
+    models = whole(blade, mass), second_order(bow=bow)
+    errors = []
+    for force in FORCES[:, None] * DIRECTION:
+        load = np.zeros(len(mass))
+        load[-3:-1] = force
+        exact = equilibrium(blade, load)[-3:-1]
+        every, linear = pushed(blade, models[0], force)
+        few, _ = pushed(blade, models[1], force)
+        errors.append([np.hypot(*(found - exact)) for found in (linear, every, few)])
+    first, every, few = np.transpose(errors)
+    assert first[:-1] / first[1:] == pytest.approx(4.0, rel=0.01)
+    assert every[:-1] / every[1:] == pytest.approx(8.0, rel=0.02)
+    assert (few < 0.03 * first).all()
+
+
+def test_a_rigid_motion_of_the_root_bends_no_blade():
+    """Participation of a displaced blade is that of what the root does not carry along."""
+    disk, model = make_disk(), second_order()
+    K = disk.blade_stiffness[0]
+    rigid = np.linalg.svd(K)[2][-3:]  # the three motions without strain
+    assert np.abs(K @ rigid.T).max() < 1e-6 * np.abs(K).max()
+    motion = np.zeros((3, len(disk.mass)))
+    motion[:, disk.blade_dof[4]] = rigid
+    assert np.abs(model.participation[4] @ motion.T).max() < 1e-9
