@@ -19,11 +19,8 @@ SECTIONS = {
 def main(argv=None):
     """Measure the sections asked for, print them and put them into the page."""
     parser = argparse.ArgumentParser(prog="python -m evidence.benchmarks", description=__doc__)
-    parser.add_argument("section", nargs="*", metavar="SECTION",
-                        help=f"only these: {', '.join(SECTIONS)}")  # fmt: skip
-    chosen = parser.parse_args(argv).section or list(SECTIONS)
-    if unknown := set(chosen) - set(SECTIONS):
-        parser.error(f"no section {', '.join(sorted(unknown))}; there are {', '.join(SECTIONS)}")
+    parser.add_argument("sections", nargs="*", choices=[*SECTIONS, []], help="all by default")
+    chosen = parser.parse_args(argv).sections or list(SECTIONS)
     for name in progress.followed(chosen, "sections", names=chosen):
         parts = {f"{name}_{part}": text for part, text in SECTIONS[name]().items()}
         parts[f"{name}_machine"] = f"Measured with {page.machine()}."
