@@ -7,10 +7,13 @@ energy EA e²/2L + 2EI (t₁² + t₁t₂ + t₂²)/L. Its mass is that of the p
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
+from scipy.linalg import eigh
+
+from evidence.truth import ring
 
 NEWTON_STEPS = 60
+CLOSINGS = 4  # corrections of the exact gap in a step
 
 
 class Blade(NamedTuple):
@@ -37,40 +40,42 @@ def planar_blade(section, material):
     return blade, disk.mass[np.ix_(own, own)]
 
 
-@numba.njit
-def elastic_force(nodes, axial, bending, u):
-    """Elastic force (3n,) [N, N m] at displacements u (3n,), real or complex.
+def elastic_force(blade, moved):
+    """Elastic forces (..., n + 1, 3) on all nodes [N, N m], at displacements of the same shape.
 
-    nodes, axial, bending: members of a Blade. Rows of the root, which rests, are left out.
+    Both are radial, tangential and of rotation; displacements may be complex.
     """
-    force, ux, uy, r = np.zeros_like(u), u[0] * 0, u[0] * 0, u[0] * 0
-    for e in range(len(nodes) - 1):
-        x0, y0 = nodes[e + 1, 0] - nodes[e, 0], nodes[e + 1, 1] - nodes[e, 1]
-        vx, vy, q = u[3 * e], u[3 * e + 1], u[3 * e + 2]
-        x, y = x0 + vx - ux, y0 + vy - uy
-        L, length = np.sqrt(x0 * x0 + y0 * y0), np.sqrt(x * x + y * y)
-        turn = 2 * np.arctan((x0 * y - y0 * x) / (L * length + x0 * x + y0 * y))
-        t1, t2, c, s = r - turn, q - turn, x / length, y / length
-        N, along = axial * (length - L) / L, 2 * bending / L
-        M1, M2 = along * (2 * t1 + t2), along * (t1 + 2 * t2)
-        Q = (M1 + M2) / length
-        fx, fy = N * c + Q * s, N * s - Q * c
-        force[3 * e] += fx
-        force[3 * e + 1] += fy
-        force[3 * e + 2] += M2
-        if e:
-            force[3 * e - 3] -= fx
-            force[3 * e - 2] -= fy
-            force[3 * e - 1] += M1
-        ux, uy, r = vx, vy, q
+    first = np.diff(blade.nodes, axis=0)
+    edge = first + moved[..., 1:, :2] - moved[..., :-1, :2]
+    L, length = np.hypot(*first.T), np.sqrt((edge * edge).sum(axis=-1))
+    direction = edge / length[..., None]
+    across = first[:, 0] * edge[..., 1] - first[:, 1] * edge[..., 0]
+    turn = 2.0 * np.arctan(across / (L * length + (first * edge).sum(axis=-1)))
+    t1, t2 = moved[..., :-1, 2] - turn, moved[..., 1:, 2] - turn
+    N, along = blade.axial * (length - L) / L, 2.0 * blade.bending / L
+    M1, M2 = along * (2.0 * t1 + t2), along * (t1 + 2.0 * t2)
+    shear = (M1 + M2) / length
+    turned = np.stack([direction[..., 1], -direction[..., 0]], axis=-1)
+    on_end = N[..., None] * direction + shear[..., None] * turned
+    force = np.zeros_like(moved)
+    force[..., 1:, :2] += on_end
+    force[..., :-1, :2] -= on_end
+    force[..., 1:, 2] += M2
+    force[..., :-1, 2] += M1
     return force
+
+
+def clamped_force(blade, u):
+    """Elastic forces (..., 3n) on the nodes beyond the root, which rests, at displacements u."""
+    moved = np.zeros((*u.shape[:-1], len(blade.nodes), 3), dtype=u.dtype)
+    moved[..., 1:, :] = u.reshape(*u.shape[:-1], -1, 3)
+    return elastic_force(blade, moved)[..., 1:, :].reshape(u.shape)
 
 
 def tangent(blade, u):
     """Tangent stiffness (3n, 3n) at displacements u (3n,), exact to rounding: complex steps."""
     small = 1e-30
-    columns = [elastic_force(*blade, u + small * 1j * one).imag / small for one in np.eye(len(u))]
-    return np.transpose(columns)
+    return clamped_force(blade, u + small * 1j * np.eye(len(u))).imag.T / small
 
 
 def equilibrium(blade, load, parts=1):
@@ -81,7 +86,7 @@ def equilibrium(blade, load, parts=1):
     u = np.zeros(len(load))
     for part in np.arange(1, parts + 1) / parts:
         for _ in range(NEWTON_STEPS):
-            left = part * load - elastic_force(*blade, u + 0j).real
+            left = part * load - clamped_force(blade, u)
             change = np.linalg.solve(tangent(blade, u), left)
             u += change
             if np.abs(change).max() < 1e-13:
@@ -89,3 +94,46 @@ def equilibrium(blade, load, parts=1):
         else:
             raise ValueError("the blade finds no equilibrium")
     return u
+
+
+def rub(blade, mass, radius, wall, speed_hz, h, n, damping_ratio=0.0):
+    """Displacements of the tip (n, 2) [m] of a blade that turns in a casing, and forces (n,) [N].
+
+    Central differences without penalty: a force closes the exact gap to the wall at the end of
+    every step. mass: (3n, 3n); radius: of the tip [m]; wall: `ring.Wall`; h: time step [s];
+    damping_ratio: of the modes of small motion. The tip is at a crest at the start, at rest.
+    """
+    values, modes = eigh(tangent(blade, np.zeros(len(mass))), mass)
+    damper = mass @ modes * (damping_ratio * np.sqrt(values) * h) @ modes.T @ mass  # C h/2
+    step = np.linalg.inv(mass + damper)
+    keep, push = step @ (mass - damper), h * h * step
+    turn = 2.0 * np.pi * speed_hz * h
+    u, d = np.zeros((2, len(mass)))
+    found, forces = np.zeros((n, 2)), np.zeros(n)
+    for k in range(n):
+        d = keep @ d - push @ clamped_force(blade, u)
+        u = u + d
+        for _ in range(CLOSINGS):
+            depth, normal = meeting(radius, wall, turn * (k + 1), h * (k + 1), u[-3:-1])
+            if depth <= 0.0 and forces[k] == 0.0:
+                break
+            along = normal + wall.friction * np.array([-normal[1], normal[0]])
+            answer = push[:, -3:-1] @ along
+            force = max(depth / (normal @ answer[-3:-1]), -forces[k])
+            forces[k] += force
+            u, d = u - force * answer, d - force * answer
+        found[k] = u[-3:-1]
+    return found, forces
+
+
+def meeting(radius, wall, angle, t, u):
+    """Penetration of a tip [m], and the outward normal of the wall at it (2,).
+
+    angle: of the tip at rest from a crest of the wall [rad]; t: time [s]; u: displacement (2,) [m].
+    """
+    rho, phi = np.hypot(radius + u[0], u[1]), np.arctan2(u[1], radius + u[0])
+    height = ring.bump.py_func(wall, angle + phi + 1e-6 * np.array([-1.0, 0.0, 1.0]), t)
+    depth = rho - radius - wall.clearance + height[1]
+    slope = (height[2] - height[0]) / 2e-6 / rho
+    c, s, size = np.cos(phi), np.sin(phi), np.hypot(1.0, slope)
+    return depth / size, np.array([c - slope * s, s + slope * c]) / size

@@ -269,6 +269,14 @@ def _ring_problems(casing: Any) -> Iterator[Any]:
 
 def _contact_problems(c: Any) -> Iterator[Any]:
     coating = c.contact.coating
+    yield from lines_of(
+        (c.contact.bends and c.casing.vibrates,
+         "contact.kinematics: second_order does not go with a casing that vibrates (casing.modes, "
+         "casing.ring), whose waves are met where tips rest"),
+        (c.contact.bends and c.contact.own_law is not None,
+         "contact.kinematics: second_order does not go with contact.own_law, which computes forces "
+         "along directions at rest"),
+    )  # fmt: skip
     if not c.contact.wears:
         return
     yield from lines_of(

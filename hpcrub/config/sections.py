@@ -63,6 +63,9 @@ class Contact(Section):
     law: Literal["rigid", "elastic", "abradable"] = "rigid"
     """what the casing does: nothing, give as a spring and a damper, or carry a coating that wears
     (with or without giving behind it)"""
+    kinematics: Literal["small", "second_order"] = "small"
+    """displacements of the blades: small, as in the paper, or to second order, with the shortening
+    of bent blades and contact where the tips are then"""
     friction: Number = Field(0.15, ge=0, le=10)
     """coefficient of friction [-]"""
     casing_stiffness_n_per_m: Number | None = Field(None, gt=0, le=1e15)
@@ -74,6 +77,11 @@ class Contact(Section):
     """contact law of one's own in place of the rigid casing's: FILE.py:CLASS"""
     own_law_sha256: Checksum | None = None
     """checksum of its file, filled in when a run begins"""
+
+    @property
+    def bends(self) -> bool:
+        """Whether displacements of the blades are of second order."""
+        return self.kinematics == "second_order"
 
     @property
     def wears(self) -> bool:

@@ -33,6 +33,9 @@ class Scheme(NamedTuple):
     step: np.ndarray  # time step h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # heights of the casing at each step of a block (P, C) [m]
     external: Any  # modal forces of the load (P, K) [N/√kg]; None without a load
+    bent: np.ndarray  # amplitudes of bent modes (K, ≥ N·p) [-]; (0, n) in the cyclic basis
+    # modal forces by unit forces along these (N·p, ≥ K + TILE); None at small displacements
+    push: Any
     # cosine and sine of the angle by which each pair of rows turns in a step (n, L): complex modes
     # of a disk in air, then pairs of a casing that vibrates, which are the last n rows of a motion
     turn: np.ndarray
@@ -57,6 +60,10 @@ class State(NamedTuple):
     # STUCK, 1 where the sweeps of this step did not converge; UNSOLVED, 1 where a step has no
     # solution; FLAW, a code of ``status``. They are one array because each array costs in a call.
     report: np.ndarray
+    # second order: forces on the bent modes that the coming predictor adds (N·p, L) [m·√kg/s²], and
+    # what the observed displacements have beyond their rows (≥ O, L) [m]; None at small ones
+    late: Any
+    beyond: Any
 
 
 SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `State.report`

@@ -34,7 +34,7 @@ def allocate(
     law = scene.law or (Solid if len(modes.axial) else Planar)
     rows = modes.rows
     scheme = _allocate_scheme(modes, rows, scene, grid, width, law)
-    state = _allocate_state(scheme, width, len(modes.axial) > 0)
+    state = _allocate_state(scheme, width, len(modes.axial) > 0, len(rows.bent))
     basis = Cyclic.allocate(rows, modes.blades, width) if modes.blades else Dense()
     bank = packed(Bank(scheme, state, law.allocate(rows, scene, grid, width), basis))
     for lane, speed in enumerate(speeds_hz):
@@ -55,7 +55,7 @@ def _allocate_scheme(
     room = TILE if (n_modes + TILE) % KIB else TILE + 8
     kept = 0 if modes.blades else n_modes  # the cyclic basis has its own tables, of one blade
     load = np.pad(np.ascontiguousarray(law.loads(rows, scene)[:kept].T), ((0, 1), (0, room)))
-    observed = columns(rows.observed)
+    observed, bent = columns(rows.observed), columns(rows.bent)
     stress = vectors(rows.stress[: len(rows.stress) * scene.observes_stress])
     return Scheme(
         normal=normal[:kept],
@@ -75,6 +75,8 @@ def _allocate_scheme(
         step=np.zeros(width),
         bump=columns(bump.T),
         external=_engine_order_forces(modes, rows, scene, grid),
+        bent=bent[:kept],
+        push=np.pad(rows.bent_forces[:, :n_modes], ((0, 0), (0, room))) if len(rows.bent) else None,
         turn=_turns(modes, grid, width),
         casing=2 * len(modes.pairs.omega),
         ramp_time=scene.ramp_time,
@@ -104,7 +106,7 @@ def _engine_order_forces(modes: Modes, rows: Any, scene: Scene, grid: Grid) -> A
     return np.pad(force @ on_disk, ((0, 0), (0, n_casing)))
 
 
-def _allocate_state(scheme: Scheme, width: int, turns: Any) -> Any:
+def _allocate_state(scheme: Scheme, width: int, turns: Any, n_bent: Any) -> Any:
     n_modes, n_points = len(scheme.decay), scheme.normal.shape[1]
     n_forces = len(scheme.load)
     return State(
@@ -115,6 +117,8 @@ def _allocate_state(scheme: Scheme, width: int, turns: Any) -> Any:
         increment_before=np.zeros((n_modes, width)) if turns else None,
         active=np.full(n_forces + ROOM, n_forces - 1),
         n_steps=np.zeros(width, dtype=np.int64),
+        late=np.zeros((n_bent, width)) if n_bent else None,
+        beyond=np.zeros((scheme.observed.shape[1], width)) if n_bent else None,
     )  # fmt: skip
 
 
@@ -122,8 +126,9 @@ def empty_lane(bank: Bank, lane: int) -> None:
     """Leave a lane idle (bank is modified): its time stands still, and its bumps never grow."""
     scheme, state = bank.scheme, bank.state
     moved = state.position, state.increment, state.multiplier, state.ramp, state.report
-    for array in (scheme.decay, scheme.gain, *moved):
-        array[:, lane] = 0.0
+    for array in (scheme.decay, scheme.gain, *moved, state.late, state.beyond):
+        if array is not None:
+            array[:, lane] = 0.0
     clear_lane(bank.law, lane)
     clear_lane(bank.basis, lane)
     scheme.step[lane] = state.n_steps[lane] = 0

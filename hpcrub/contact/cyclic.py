@@ -14,7 +14,6 @@ where y⁻ is y at the begin of the step before. The second part keeps the dampi
 mistuned disk those of the tuned one (`cyclic_arrays.blade_stiffness`).
 """
 
-import itertools
 from typing import Any
 
 import numpy as np
@@ -23,12 +22,14 @@ from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, State
 from hpcrub.contact.cyclic_arrays import CyclicArrays, blade_stiffness
 from hpcrub.contact.cyclic_series import (
+    find_bent,
     find_late_forces,
     gather_forces,
     move_blades,
     on_blade,
     to_blades,
 )
+from hpcrub.contact.cyclic_tables import multipliers, tables_of
 from hpcrub.contact.dense import PER_MODE
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import ONE, PAIR, TILE, TIPS
@@ -42,7 +43,7 @@ from hpcrub.contact.passes import (
 from hpcrub.contact.protocols import Scene
 from hpcrub.contact.tables import columns
 from hpcrub.model.reduction import Blades, Modes, Rows
-from hpcrub.model.tuned_basis import series, unfolded
+from hpcrub.model.tuned_basis import unfolded
 
 
 @compiled(inline=True, inner=True)
@@ -62,12 +63,12 @@ def contact_forces(
 ) -> tuple:
     """Modal forces of the gathered multipliers on a tile of modes with h nodal diameters."""
     modes, total = v.consecutive(tile, first), v.tile_splat(tile, v.splat(lanes, 0.0))
-    stride, n_each = basis.cosine.shape[1], basis.has_force.shape[0]
+    stride, n_forces = basis.cosine.shape[1], basis.has_force.shape[0]
     for s in range(n_slots):
         row, at = basis.slots[s], 2 * basis.slots[s] * stride + h
         total = v.tile_add(total, basis.load, row, modes, v.load(lanes, basis.force, at))
         odd = v.load(lanes, basis.force, at + stride)
-        total = v.tile_add(total, basis.load, n_each + row, modes, odd)
+        total = v.tile_add(total, basis.load, n_forces + row, modes, odd)
     return total
 
 
@@ -219,22 +220,22 @@ class Cyclic(CyclicArrays):
     def allocate(cls, rows: Rows, blades: Blades, width: int) -> "Cyclic":
         """Basis for idle lanes."""
         (n_blades, n_points), n_modes = blades.points.shape, blades.modes.shape[1]
-        tables, place = _tables(rows, blades), np.zeros((2, blades.points.size), dtype=np.int64)
-        place[:, blades.points] = np.indices(blades.points.shape)
+        tables, n_forces = tables_of(rows, blades), 3 * n_points + len(rows.bent) // n_blades
+        blade_of, row_of = multipliers(rows, blades)
         (n_waves, padded), widths = tables["cosine"].shape, (tables[k].shape[1] for k in TABLES)
         n_motion, n_seen, n_blade = widths
         return cls(
             **tables,
-            slots=np.zeros(3 * n_points + 1, dtype=np.int64),
-            has_force=np.zeros(3 * n_points, dtype=np.int64),
+            slots=np.zeros(n_forces + 1, dtype=np.int64),
+            has_force=np.zeros(n_forces, dtype=np.int64),
             diameters=rows.diameters,
             points=blades.points.T.ravel(), seen_rows=blades.observed.T.ravel(),
-            blade_of=place[0], place=place[1],
+            blade_of=blade_of, row_of=row_of,
             **v.lane_arrays(
                 width, deviation=n_modes * n_blades, lag=n_modes * n_blades,
                 series=n_waves * max(n_motion, n_seen), blade_series=n_waves * n_blade,
                 even=padded, odd=padded, local=n_modes * n_blades, before=n_modes * n_blades,
-                late=2 * n_modes * padded, force=6 * n_points * padded,
+                late=2 * n_modes * padded, force=2 * n_forces * padded,
                 seen_at=columns(rows.observed).shape[1],
             ),
             n_blades=n_blades,
@@ -288,7 +289,7 @@ class Cyclic(CyclicArrays):
                 correct_diameters(lanes, bank, n_slots, h, basis.begins[h], basis.ends[h])
             sum_up(lanes, basis, state, basis.blade, basis.blade_series, h, basis.ends[h])
         move_blades(lanes, basis)
-        find_late_forces(lanes, basis)
+        find_late_forces(lanes, basis, state.late)
         for h in range(n_waves):
             advance_real(lanes, bank, step, n_slots, h)
             advance_waves(lanes, bank, step, h)
@@ -310,6 +311,19 @@ class Cyclic(CyclicArrays):
 
     @staticmethod
     @compiled(inner=True)
+    def displace(lanes: tuple, bank: Bank, bent: Any) -> None:
+        """Find the tangential motion of all points, and the bent modes, as `Dense.displace`."""
+        basis, n = bank.basis, bank.basis.normal.shape[1]
+        n_each = basis.points.shape[0] // basis.n_blades
+        for p in range(n_each):
+            to_blades(lanes, basis, basis.series, 2 * n_each + p, 3 * n_each + p, n)
+            for b in range(basis.n_blades):
+                i = basis.points[p * basis.n_blades + b]
+                v.store(bent.along, i, on_blade(lanes, basis, b))
+        find_bent(lanes, basis, bent.bent)
+
+    @staticmethod
+    @compiled(inner=True)
     def look(lanes: tuple, bank: Bank) -> None:
         """Find all observed displacements, `seen` (bank is modified)."""
         basis, n = bank.basis, bank.basis.observed.shape[1]
@@ -328,38 +342,3 @@ class Cyclic(CyclicArrays):
     def seen(lanes: tuple, bank: Bank, first: int) -> tuple:
         """Observed displacements of a tile of rows from ``first`` on [m], after `look`."""
         return v.load(lanes, bank.basis.seen_at, v.consecutive(TIPS, first))
-
-
-def _tables(rows: Rows, blades: Blades) -> dict[str, np.ndarray]:
-    """Arrays of one blade that all lanes share, and where the modes of each h begin and end."""
-    n_blades, h = len(blades.points), np.arange(len(blades.points) // 2 + 2)
-    shape = *blades.modes.shape[:2], len(rows.diameters)
-    normal, observed, blade, push, load = (
-        np.concatenate(series(part, rows.diameters))
-        for part in (
-            rows.normal[blades.points],
-            rows.observed[blades.observed],
-            rows.blade.reshape(shape),
-            rows.blade_forces.reshape(shape),
-            np.concatenate([force[blades.points] for force in rows.forces], axis=1),
-        )
-    )
-    real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
-    begins = np.searchsorted(real, h)
-    moved = np.abs(rows.blade[:, : len(real)]).max(axis=0, initial=0.0) > 0.0
-    last = [np.flatnonzero(moved[a:b]).max(initial=-1) + 1 for a, b in itertools.pairwise(begins)]
-    angle = 2.0 * np.pi / n_blades * np.outer(h[:-1], h[:-1])
-    sine = np.sin(angle) * (2 * h[:-1] < n_blades) * (h[:-1] > 0)[:, None]
-    return {
-        "normal": columns(normal),
-        "observed": columns(observed),
-        "blade": columns(blade),
-        "push": np.pad(push, ((0, 0), (0, TILE))),
-        "load": np.pad(-load, ((0, 0), (0, TILE))),
-        "cosine": columns(np.cos(angle).T),
-        "sine": columns(sine.T),
-        "begins": begins,
-        # whole tiles of modes, as far as there are modes
-        "ends": np.minimum(begins[:-1] + -(-np.array(last) // TILE) * TILE, begins[1:]),
-        "waves": len(real) + np.searchsorted(waves, h),
-    }

@@ -12,12 +12,15 @@ from hpcrub.model.reduction import Modes
 class CyclicArrays(NamedTuple):
     """Arrays for N blades, H = N // 2 + 1 nodal diameters, P points and J modes of each blade."""
 
-    normal: np.ndarray  # E, then O of the points' normal displacement (R, ≥ 2P) [1/√kg]
+    # E, then O of the points' normal displacement, to second order also of the tangential one
+    normal: np.ndarray  # (R, ≥ 2P or 4P) [1/√kg]
     blade: np.ndarray  # E, then O of the blade modes (R, ≥ 2J) [1/s]
     observed: np.ndarray  # E, then O of the observed displacements (R, ≥ 2Q) [1/√kg]
     push: np.ndarray  # modal forces by E, then O of forces along the blade modes (2J, ≥ R) [1/s]
-    # modal forces by E, then O of multipliers i·P + p, i the direction, p the place (6P, ≥ R)
+    # modal forces by E, then O of the F multipliers of a blade (2F, ≥ R): i·P + p in place p along
+    # direction i, then those on its bent modes
     load: np.ndarray
+    bent: np.ndarray  # amplitudes of p bent modes by the modes of a blade (p, J) [s]
     cosine: np.ndarray  # cos(2πhb/N) of h and b up to N/2 (H, ≥ H)
     sine: np.ndarray  # sin(2πhb/N) (H, ≥ H)
     begins: np.ndarray  # first real mode of each h, then the end (H + 1,) int
@@ -26,8 +29,8 @@ class CyclicArrays(NamedTuple):
     diameters: np.ndarray  # h of every row (R,) int
     points: np.ndarray  # contact point p of blade b, place p·N + b (P·N,) int
     seen_rows: np.ndarray  # observed displacement q of blade b, place q·N + b (Q·N,) int
-    blade_of: np.ndarray  # blade of every contact point (C,) int
-    place: np.ndarray  # p of every contact point (C,) int
+    blade_of: np.ndarray  # blade of every multiplier of the bank (3C + N·p,) int
+    row_of: np.ndarray  # its multiplier among the F of the blade, likewise
     deviation: np.ndarray  # −δ of mode j of blade b, row j·N + b (J·N, L) [-]
     lag: np.ndarray  # s of mode j of blade b, row j·N + b (J·N, L) [-]
     series: np.ndarray  # E and O of points or of observed displacements, work space (H·n, L)
@@ -37,9 +40,9 @@ class CyclicArrays(NamedTuple):
     local: np.ndarray  # y of mode j of blade b, row j·N + b (J·N, L) [m·√kg/s] (modified)
     before: np.ndarray  # y at the begin of the step before (J·N, L) [m·√kg/s] (modified)
     late: np.ndarray  # E, then O of the forces of the deviations, row j·n + h (2J·n, L) (modified)
-    force: np.ndarray  # E, then O of multiplier m = i·P + p, from row 2m·n on (6P·n, L) (modified)
-    has_force: np.ndarray  # 1 where multiplier m has a force on any blade, else 0 (3P,) (modified)
-    slots: np.ndarray  # these multipliers, in their order (3P + 1,) int (modified)
+    force: np.ndarray  # E, then O of multiplier m of a blade, from row 2m·n on (2F·n, L) (modified)
+    has_force: np.ndarray  # 1 where multiplier m has a force on any blade, else 0 (F,) (modified)
+    slots: np.ndarray  # these multipliers, in their order (F + 1,) int (modified)
     seen_at: np.ndarray  # observed displacements (≥ O, L) [m] (modified)
     n_blades: int
 

@@ -1,5 +1,7 @@
 """Fourier series over the blades of a disk: of motions, and of forces of blades and of contact."""
 
+from typing import Any
+
 import numpy as np
 
 from hpcrub.contact import lanes as v
@@ -38,16 +40,25 @@ def on_blade(lanes: tuple, basis: CyclicArrays, b: int) -> np.ndarray:
 
 
 @compiled(inline=True, inner=True)
-def blade_force(lanes: tuple, basis: CyclicArrays, at: int) -> np.ndarray:
-    """Force (L,) of a deviation; at: row of the blade mode in ``local``."""
+def blade_force(lanes: tuple, basis: CyclicArrays, late: Any, j: int, b: int) -> np.ndarray:
+    """Force (L,) on mode j of blade b by its deviation, and by bent modes (`State.late`)."""
+    at = j * basis.n_blades + b
     y = v.load(lanes, basis.local, at)
     y = v.fma(v.load(lanes, basis.lag, at), y - v.load(lanes, basis.before, at), y)
-    return v.load(lanes, basis.deviation, at) * y
+    force = v.load(lanes, basis.deviation, at) * y
+    if late is not None:
+        for a in range(basis.bent.shape[0]):
+            pushed = v.load(lanes, late, b * basis.bent.shape[0] + a)
+            force = v.fma(pushed, basis.bent[a, j], force)
+    return force
 
 
 @compiled(inner=True)
-def find_late_forces(lanes: tuple, basis: CyclicArrays) -> None:
-    """Series over the blades of the forces of the deviations (basis is modified)."""
+def find_late_forces(lanes: tuple, basis: CyclicArrays, late: Any) -> None:
+    """Series over the blades of the forces on their modes (basis is modified).
+
+    late: `State.late`, an argument because only then its type chooses the code.
+    """
     (n_waves, stride), n_blades = basis.cosine.shape, basis.n_blades
     n_each = basis.local.shape[0] // n_blades
     for j in range(n_each):
@@ -55,9 +66,9 @@ def find_late_forces(lanes: tuple, basis: CyclicArrays) -> None:
             places = v.consecutive(TIPS, first)
             e = o = v.tile_splat(TIPS, v.splat(lanes, 0.0))
             for b in range(n_waves):
-                both = less = blade_force(lanes, basis, j * n_blades + b)
+                both = less = blade_force(lanes, basis, late, j, b)
                 if 0 < b < n_blades - b:
-                    other = blade_force(lanes, basis, j * n_blades + n_blades - b)
+                    other = blade_force(lanes, basis, late, j, n_blades - b)
                     both, less = both + other, less - other
                 e = v.tile_add(e, basis.cosine, b, places, both)
                 o = v.tile_add(o, basis.sine, b, places, less)
@@ -78,17 +89,29 @@ def move_blades(lanes: tuple, basis: CyclicArrays) -> None:
 
 
 @compiled(inner=True)
+def find_bent(lanes: tuple, basis: CyclicArrays, bent: np.ndarray) -> None:
+    """Bent modes at the end of the step, by their motion in the step before (bent, modified)."""
+    p, n_each = basis.bent.shape
+    for b in range(basis.n_blades):
+        for a in range(p):
+            total = v.splat(lanes, 0.0)
+            for j in range(n_each):
+                y = v.load(lanes, basis.local, j * basis.n_blades + b)
+                y = y + (y - v.load(lanes, basis.before, j * basis.n_blades + b))
+                total = v.fma(y, basis.bent[a, j], total)
+            v.store(bent, b * p + a, total)
+
+
+@compiled(inner=True)
 def gather_forces(lanes: tuple, basis: CyclicArrays, state: State, n_active: int) -> int:
     """Series over the blades of the multipliers of the active points (basis is modified).
 
     Returns the number of ``basis.slots`` that count.
     """
     n, stride = 0, basis.cosine.shape[1]
-    n_rows, n_each = (state.multiplier.shape[0] - 1) // 3, basis.points.shape[0] // basis.n_blades
     basis.has_force[:] = 0
     for a in range(n_active):
-        direction, i = divmod(state.active[a], n_rows)
-        row, b = direction * n_each + basis.place[i], basis.blade_of[i]
+        row, b = basis.row_of[state.active[a]], basis.blade_of[state.active[a]]
         is_new, odd = basis.has_force[row] == 0, v.load(lanes, state.multiplier, state.active[a])
         even = odd
         if 2 * b > basis.n_blades:

@@ -15,7 +15,7 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, NoArrays, Scheme, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import BLOCK, ONE, TILE, TIPS
+from hpcrub.contact.lanes import BLOCK, ONE, PAIR, TILE, TIPS
 from hpcrub.contact.passes import (
     advance_ring,
     advance_wave,
@@ -45,17 +45,49 @@ def end_of_block(scheme: Scheme, begin: int) -> int:
 
 
 @compiled(inline=True, inner=True)
+def late_forces(lanes: tuple, tile: tuple, late: np.ndarray, push: np.ndarray, first: int) -> Any:
+    """Modal forces of bent modes on each other on a tile of modes from ``first`` on.
+
+    late, push: `State.late` and `Scheme.push`.
+    """
+    modes, total = v.consecutive(tile, first), v.tile_splat(tile, v.splat(lanes, 0.0))
+    for row in range(push.shape[0]):
+        total = v.tile_add(total, push, row, modes, v.load(lanes, late, row))
+    return total
+
+
+@compiled(inline=True, inner=True)
 def advance_tiles(
     lanes: tuple, tile: tuple, scheme: Scheme, state: State, before: Any, step: int | None,
-    n_active: int, begin: int, end: int,
+    n_active: int, begin: int, end: int, late: Any,
 ) -> None:  # fmt: skip
     """Corrector and predictor of whole tiles of real modes (state is modified).
 
     before, step: as in `lanes.tile_advance`.
+    late: `State.late`, an argument because only then its type chooses the code.
     """
     for first in range(begin, end, len(tile)):
         force = modal_forces(lanes, tile, scheme, state, n_active, first)
-        v.tile_advance(force, first, state, scheme, before, scheme.external, step, None)
+        if late is None:
+            v.tile_advance(force, first, state, scheme, before, scheme.external, step, None)
+        else:
+            added = late_forces(lanes, tile, late, scheme.push, first)
+            v.tile_advance(force, first, state, scheme, before, scheme.external, step, added)
+
+
+@compiled(inline=True, inner=True)
+def advance_waves(
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
+    late: Any,
+) -> None:  # fmt: skip
+    """Corrector and predictor of complex modes (state is modified); late: as in `advance_tiles`."""
+    for k in range(begin, end, 2):
+        force = pair_of_forces(lanes, scheme, state, n_active, k)
+        if late is None:
+            advance_wave(lanes, scheme, state, force, scheme.external, step, k, None)
+        else:
+            added = late_forces(lanes, PAIR, late, scheme.push, k)
+            advance_wave(lanes, scheme, state, force, scheme.external, step, k, added)
 
 
 @compiled(inline=True, inner=True)
@@ -65,12 +97,11 @@ def advance(
     """Corrector and predictor of a block of modes (state is modified)."""
     if begin < first_pair(scheme):
         before, whole = state.increment_before, end - (end - begin) % TILE
-        advance_tiles(lanes, TIPS, scheme, state, before, step, n_active, begin, whole)
-        advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end)
+        late = state.late
+        advance_tiles(lanes, TIPS, scheme, state, before, step, n_active, begin, whole, late)
+        advance_tiles(lanes, ONE, scheme, state, before, step, n_active, whole, end, late)
     elif begin < scheme.decay.shape[0] - scheme.casing:
-        for k in range(begin, end, 2):
-            force = pair_of_forces(lanes, scheme, state, n_active, k)
-            advance_wave(lanes, scheme, state, force, scheme.external, step, k, None)
+        advance_waves(lanes, scheme, state, step, n_active, begin, end, state.late)
     else:
         for k in range(begin, end, 2):
             force = pair_of_forces(lanes, scheme, state, n_active, k)
@@ -89,6 +120,15 @@ def begin_gaps(
     if begin > 0:
         return v.load(lanes, state.penetration, points)
     return resting(lanes, TIPS, scheme, state, step, points)
+
+
+@compiled(inline=True, inner=True)
+def move(lanes: tuple, table: np.ndarray, position: np.ndarray, moved: np.ndarray) -> None:
+    """Displacements of the rows of a table at modal coordinates (moved is modified)."""
+    for first in range(0, table.shape[1], TILE):
+        tile = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+        tile = project(lanes, table, position, first, 0, position.shape[0], tile)
+        v.store(moved, v.consecutive(TIPS, first), tile)
 
 
 class Dense(NoArrays):
@@ -135,11 +175,21 @@ class Dense(NoArrays):
             return
         n_real = first_pair(scheme)
         whole = n_real - n_real % TILE
-        advance_tiles(lanes, TIPS, scheme, state, None, None, n_active, 0, whole)
-        advance_tiles(lanes, ONE, scheme, state, None, None, n_active, whole, n_real)
+        advance_tiles(lanes, TIPS, scheme, state, None, None, n_active, 0, whole, None)
+        advance_tiles(lanes, ONE, scheme, state, None, None, n_active, whole, n_real, None)
         for k in range(n_real, state.position.shape[0], 2):
             force = pair_of_forces(lanes, scheme, state, n_active, k)
             v.tile_advance(force, k, state, scheme, None, None, None, None)
+
+    @staticmethod
+    @compiled(inner=True)
+    def displace(lanes: tuple, bank: Bank, bent: Any) -> None:
+        """Find the tangential motion of all points, and the bent modes of all blades.
+
+        bent: `laws.bent.Bent`, whose ``along`` and ``bent`` are modified.
+        """
+        move(lanes, bank.law.tangential, bank.state.position, bent.along)
+        move(lanes, bank.scheme.bent, bank.state.position, bent.bent)
 
     @staticmethod
     @compiled(inline=True, inner=True)

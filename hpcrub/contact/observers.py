@@ -6,7 +6,7 @@ of a step are known and before they are applied. It returns how many active poin
 correct: 0 if it has applied the corrector itself, as it must to see modal coordinates.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,17 @@ def settled(lanes: tuple, bank: Bank, n_active: int) -> int:
 
 
 @compiled(inline=True, inner=True)
+def further(lanes: tuple, beyond: Any, first: int, seen: Any) -> Any:
+    """Displacements of a tile of rows from ``first`` on, with their second order if there is any.
+
+    beyond: `State.beyond`, as only then its type chooses the code.
+    """
+    if beyond is None:
+        return seen
+    return v.fma(v.load(lanes, beyond, v.consecutive(TIPS, first)), 1.0, seen)
+
+
+@compiled(inline=True, inner=True)
 def record_displacements(
     lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
     n_active: int,
@@ -54,7 +65,7 @@ def record_displacements(
     n_active = settled(lanes, bank, n_active)
     bank.basis.look(lanes, bank)
     for first in range(0, n_observed, TILE):
-        seen = bank.basis.seen(lanes, bank, first)
+        seen = further(lanes, state.beyond, first, bank.basis.seen(lanes, bank, first))
         for a in range(n_active):
             j = state.active[a]
             rows = v.consecutive(TIPS, j * n_observed + first)

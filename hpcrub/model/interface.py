@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.model.second_order import SecondOrder
+
 STRIP_GAP = (
     1e-4  # axial distance of places, as a share of the largest radius; nodes pair up to it, too
 )
@@ -33,6 +35,7 @@ class Interface(NamedTuple):
     stress: np.ndarray = np.zeros((0, 0))  # (R, m) at R places [Pa per coordinate]; R = 0: unknown
     stress_blade: np.ndarray = np.zeros(0, dtype=int)  # (R,) blade of each place
     stress_static: np.ndarray = np.zeros(0)  # (R,) stress by rotation [Pa]; (0,): unknown
+    second_order: SecondOrder | None = None  # None: displacements are small, or it is unknown
 
     @property
     def n_blades(self) -> int:
@@ -53,6 +56,13 @@ class Interface(NamedTuple):
     def strip(self) -> np.ndarray:
         """Strip of a coating that each contact point meets (C,) int, one per axial position."""
         return strips(self.axial_position, self.radius)
+
+    @property
+    def bent(self) -> np.ndarray:
+        """Amplitudes of the bent modes of all blades (N·p, m) [√kg]; (0, m) without any."""
+        if self.second_order is None:
+            return np.zeros((0, self.normal.shape[1]))
+        return self.second_order.participation.reshape(-1, self.normal.shape[1])
 
     @property
     def n_strips(self) -> int:

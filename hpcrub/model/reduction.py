@@ -13,7 +13,7 @@ from hpcrub.model.damping import Damping, ratios_of
 from hpcrub.model.disk import Disk
 from hpcrub.model.interface import Interface, planar_interface
 
-MOTIONS = "normal", "tangential", "axial", "observed"  # displacements per unit of a mode
+MOTIONS = "normal", "tangential", "axial", "observed", "bent"  # displacements per unit of a mode
 
 
 class ReducedModel(NamedTuple):
@@ -89,6 +89,8 @@ class Rows(NamedTuple):
     diameters: np.ndarray  # nodal diameters of every row (R,) int; (0,) unless `Modes.blades`
     blade: np.ndarray  # (N·J, R) `Blades.modes`, blade by blade [1/s]; (0, R) without
     blade_forces: np.ndarray  # forces by unit forces along these, likewise
+    bent: np.ndarray  # (N·p, R) amplitudes of bent modes (`model.second_order`) [-]; (0, R) without
+    bent_forces: np.ndarray  # forces by unit forces along these, likewise
 
 
 class Modes(NamedTuple):
@@ -106,6 +108,8 @@ class Modes(NamedTuple):
     pairs: Pairs = NO_PAIRS  # pairs of casing modes, beside the modes of the disk
     waves: Waves | None = None  # complex modes that replace some real ones; None: all are real
     blades: Blades | None = None  # blades that deviate from these modes; None: none do
+    # (N·p, K) amplitudes of bent modes, blade by blade (`model.second_order`) [-]; (0, K) without
+    bent: np.ndarray = np.zeros((0, 0))
 
     @property
     def n_rows(self) -> int:
@@ -140,6 +144,7 @@ class Modes(NamedTuple):
         size = np.abs(waves.eigenvalue) if waves else np.zeros(0)
         omega = [self.omega[real], np.repeat(size, 2), np.repeat(self.pairs.omega, 2)]
         points, blade = np.arange(len(self.normal))[None], np.zeros((0, len(self.omega)))
+        bent = self.bent if len(self.bent) else blade
         if self.blades:
             points, blade = self.blades.points, self.blades.modes.reshape(-1, len(self.omega))
         return Rows(
@@ -155,6 +160,8 @@ class Modes(NamedTuple):
             diameters=self.diameters_of_rows,
             blade=whole(blade),
             blade_forces=whole(blade, "force"),
+            bent=whole(bent),
+            bent_forces=whole(bent, "force"),
         )
 
     @property

@@ -204,7 +204,8 @@ def _repeated(
     face: Interface, shapes: np.ndarray, waves: _Waves, points: np.ndarray, observed: np.ndarray
 ) -> dict[str, np.ndarray] | None:
     """Rows of `Modes` that repeat themselves from blade to blade; None where a disk does not."""
-    places = dict.fromkeys(MOTIONS, points) | {"observed": observed}
+    bent = np.arange(len(face.bent)).reshape(len(points), -1)
+    places = dict.fromkeys(MOTIONS, points) | {"observed": observed, "bent": bent}
     rows = {}
     for name, place in (places | {"stress": corresponding(face.stress_blade)}).items():
         if not len(known := getattr(face, name)):

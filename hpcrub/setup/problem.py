@@ -20,7 +20,7 @@ from hpcrub.model.tuned_basis import TunedBasis, tuned_basis
 from hpcrub.response.revolution import speed_bands
 from hpcrub.response.scene import RECORD_INTERVAL, Scene, enough
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.setup import imported
+from hpcrub.setup import imported, second_order
 from hpcrub.setup.aero import in_air
 from hpcrub.setup.casing import casing_modes_of
 from hpcrub.setup.laws import law_of
@@ -85,10 +85,11 @@ def build_problem(config: Config) -> Problem:
             "forcing.engine_order: a casing without equal bumps does not say how many periods the "
             "load has; give their number"
         )
-    reduced = build_model(config).reduced
+    model = build_model(config)
+    reduced = model.reduced
     # samples do not need the basis of the full model, which would be sent to all ranks
     no_basis = np.zeros((0, len(reduced.mass)))
-    interface = interface_of(config, reduced.interface)
+    interface = interface_of(config, second_order.interface_of(config, model))
     reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config), interface=interface)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     stiffest = _stiffest(config)

@@ -47,6 +47,7 @@ def list_near(lanes: tuple, state: State, law: SolidArrays, threshold: np.ndarra
             if v.any_lane(threshold < deepest):
                 for place in places:
                     state.active[n_active] = law.points[place]
+                    law.kinematics.see(lanes, law, law.points[place])
                     n_active += 1
         if n_active > law.groups[n_groups]:
             n_groups += 1

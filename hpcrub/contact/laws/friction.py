@@ -11,8 +11,6 @@ Only points that may carry a force need a direction and a column of W, which are
 solver of `blades` asks for them.
 """
 
-import numpy as np
-
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, State
 from hpcrub.contact.jit import compiled
@@ -66,7 +64,8 @@ def find_direction(lanes: tuple, state: State, law: SolidArrays, j: int) -> None
     along, across = along * unit, across * unit
     v.store(law.cosine, j, along)
     v.store(law.sine, j, across)
-    own = compliance(lanes, law, j, j, law.friction * along, law.friction * across)
+    law.kinematics.push(lanes, law, j, law.friction * along, law.friction * across)
+    own = law.kinematics.compliance(lanes, law, j, j, law.friction * along, law.friction * across)
     # jamming: a force on a point that penetrates would pull its blade further in
     near = v.load(lanes, state.penetration, j) > 0.0
     jamming = v.select(near, own, 1.0) < 1e-300
@@ -74,22 +73,6 @@ def find_direction(lanes: tuple, state: State, law: SolidArrays, j: int) -> None
     v.store(state.report, FLAW, code)
     v.store(law.stiffness, j, v.inverse(own))
     law.surface.set_gains(lanes, law.surface, j, v.larger(own, 0.0))
-
-
-@compiled(inline=True, inner=True)
-def compliance(
-    lanes: tuple, law: SolidArrays, i: int, j: int, along: np.ndarray, across: np.ndarray
-) -> np.ndarray:
-    """Normal motion (L,) of point i by a unit normal force on j, with friction [m/N].
-
-    along, across: coefficient of friction times cos β and sin β of point j (L,).
-    """
-    apart = law.sector[i] - law.sector[j]
-    apart = apart + law.n_sectors if apart < 0 else apart
-    at = 3 * ((apart * law.n_places + law.place[j]) * law.n_places + law.place[i])
-    w = v.load(lanes, law.compliance, at)
-    w = v.fma(along, v.load(lanes, law.compliance, at + 1), w)
-    return v.fma(across, v.load(lanes, law.compliance, at + 2), w)
 
 
 @compiled(inner=True)
@@ -104,6 +87,6 @@ def fill_column(lanes: tuple, state: State, law: SolidArrays, b: int, n_active: 
     across = law.friction * v.load(lanes, law.sine, j)
     scale = v.load(lanes, law.stiffness, j)
     for a in range(n_active):
-        w = compliance(lanes, law, state.active[a], j, along, across)
+        w = law.kinematics.compliance(lanes, law, state.active[a], j, along, across)
         v.store(law.coupling, b * n_rows + a, w * scale)
     law.turned[b] = 1

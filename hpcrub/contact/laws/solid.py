@@ -10,11 +10,14 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, Bank, State
 from hpcrub.contact.jit import compiled
+from hpcrub.contact.laws.bent import Bent
 from hpcrub.contact.laws.blades import solve_blades
+from hpcrub.contact.laws.small import Small
 from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.laws.surface_law import SurfaceLaw
 from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
+from hpcrub.contact.passes import predict
 from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import columns, delassus
@@ -45,7 +48,6 @@ def turned_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int) -
 
     Returns the number of rows of ``state.multiplier`` with a force in any lane.
     """
-    n_points = state.penetration.shape[0] - 1
     n = 0
     for a in range(n_active):
         i = state.active[a]
@@ -58,19 +60,19 @@ def turned_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int) -
         v.store(state.multiplier, i, force)
         state.active[n] = i
         n += int(v.any_lane(force > 0.0))
-    for a in range(n):
-        i = state.active[a]
-        friction = law.friction * v.load(lanes, state.multiplier, i)
-        v.store(state.multiplier, n_points + i, friction * v.load(lanes, law.cosine, i))
-        v.store(state.multiplier, 2 * n_points + i, friction * v.load(lanes, law.sine, i))
-    for a in range(n):
-        state.active[n + a] = n_points + state.active[a]
-        state.active[2 * n + a] = 2 * n_points + state.active[a]
-    return 3 * n
+    return law.kinematics.directed(lanes, state, law, n)
 
 
 class Solid(SurfaceLaw, SolidArrays):
     """The law of disks that move in three dimensions."""
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
+        """Corrector, predictor, penetrations by the kinematics, the surface's `advance_clock`."""
+        deepest = predict(lanes, bank, step, n_active)
+        deepest = bank.law.kinematics.displace(lanes, bank, step, deepest)
+        return bank.law.surface.advance_clock(lanes, bank.law.surface, deepest)
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -90,7 +92,8 @@ class Solid(SurfaceLaw, SolidArrays):
         """Names of arrays whose last axis is the lanes."""
         return (
             "coupling", "stiffness", "across", "jams", "compliance", "cosine", "sine",
-            "touching", "deepest", "touched", "surface", "equations", "depths", "undone", "wrong",
+            "touching", "deepest", "touched", "surface", "kinematics", "equations", "depths",
+            "undone", "wrong",
         )  # fmt: skip
 
     @classmethod
@@ -130,12 +133,16 @@ class Solid(SurfaceLaw, SolidArrays):
             fresh=np.zeros(n_points + 1, dtype=np.int64),
             chosen=np.zeros(most, dtype=np.int64),
             surface=surface_of(scene, grid, n_points, width),
+            kinematics=_kinematics(rows, scene, grid, width),
         )  # fmt: skip
 
     @classmethod
     def loads(cls, rows: Rows, scene: Scene) -> np.ndarray:
-        """Modal forces of unit multipliers (K, 3C): normal, tangential, axial."""
-        return -np.hstack([columns(by) for by in rows.forces])
+        """Modal forces of unit multipliers (K, 3C + N·p): normal, tangential, axial, on bent modes.
+
+        There are no bent modes at small displacements.
+        """
+        return -np.hstack([*map(columns, rows.forces), rows.bent_forces.T])
 
     def fill(self, bank: Bank, lane: int, rows: Rows, scene: Scene) -> None:
         """Give a lane its compliances, and report a flaw of the operator (bank is modified)."""
@@ -147,7 +154,9 @@ class Solid(SurfaceLaw, SolidArrays):
         W = _unfolded(by_first, rows.points)
         self.surface.fill(lane, scene, bank.scheme.step[lane], W[0])
         own, along, across = np.diagonal(W, axis1=1, axis2=2)
-        self.jams[0, lane] = (own <= friction * np.hypot(along, across)).any()
+        steepest = friction + self.kinematics.STEEPER
+        self.jams[0, lane] = (own <= steepest * np.hypot(along, across)).any()
+        self.kinematics.fill(lane, rows, gain, self.blade)
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W[0] + friction * W[1])
         if flaw not in (NONE, UNPROVEN):  # the lane gets no forces, and fails once a point touches
             return
@@ -167,6 +176,13 @@ class Solid(SurfaceLaw, SolidArrays):
     def steps_touched(self, lane: int) -> np.ndarray:
         """Number of steps in which each blade carried a force since its lane was filled (N,)."""
         return self.touched[:, lane].copy()
+
+
+def _kinematics(rows: Rows, scene: Scene, grid: Grid, width: int) -> Small | Bent:
+    """Kinematics of the scene, for idle lanes."""
+    if scene.interface.second_order is None:
+        return Small()
+    return Bent.allocate(scene, rows, grid, width)
 
 
 def _unfolded(by_first: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.contact.laws.bent import Bent
+from hpcrub.contact.laws.small import Small
 from hpcrub.contact.laws.surfaces import Surface
 
 
@@ -39,6 +41,7 @@ class SolidArrays(NamedTuple):
     deepest: np.ndarray  # deepest penetration of every blade (N, L) [m] (modified)
     touched: np.ndarray  # number of steps in which a blade carried a force (N, L) (modified)
     surface: Surface
+    kinematics: Small | Bent
     # Work space for the solver of a group of at most P points, which no step reads from another
     fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + 1,) int
     chosen: np.ndarray  # places of the points that carry a force (P,) int

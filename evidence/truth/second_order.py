@@ -1,0 +1,164 @@
+"""Rubbing to second order of the motion, in plain NumPy: the twin of the kernel.
+
+With the modal coordinates q, the amplitudes s = P q of the bent modes of every blade and the rows
+N, T, A of a contact point, it moves by
+
+    u_n = N q − ½ sᵀG_n s,   u_t = T q − ½ sᵀG_t s,   u_a = A q − ½ sᵀG_a s,
+
+to the penetration p = u_n + κ u_t²/2 + b(θ + Ωt + u_t/R, t) − clearance. A step takes the
+recurrence without contact, with the forces −½ Σ C s s of its begin; evaluates p and all directions
+there; and finds multipliers that end all penetrations, as the gradients there tell. The wall
+leans by m = κ u_t + b'/R: forces act along its normal (n + m t)/√(1 + m²), and friction along its
+tangent (t − m n)/√(1 + m²), where n, t, a are the gradients of u_n, u_t and u_a. On a planar disk
+friction always acts along the tangent; with axial rows it turns with the slip of the step before.
+
+`first` order leaves out κ, G, C and what turns with u_t; `polar` leaves out G and C.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evidence.truth.ring import bump, forces
+
+ORDERS = "first", "polar", "second"
+SMALL = 1e-6  # for the slope of a wall [rad]
+
+
+class Structure(NamedTuple):
+    """K modes of mass one, C contact points and N blades with p bent modes each."""
+
+    omega: np.ndarray  # (K,) [rad/s]
+    damping_ratio: np.ndarray  # (K,)
+    normal: np.ndarray  # (C, K) [1/√kg]
+    tangential: np.ndarray  # (C, K)
+    axial: np.ndarray  # (C, K); (0, K) of a planar structure
+    blade: np.ndarray  # (C,) int
+    angle: np.ndarray  # (C,) [rad]
+    radius: np.ndarray  # (C,) [m]
+    bent: np.ndarray  # P (N, p, K)
+    shortening: np.ndarray  # G (C, 3, p, p) of normal, tangential and axial motion [1/(m kg)]
+    coupling: np.ndarray  # C (p, p, p) [1/(m √kg s²)]
+    curvature: np.ndarray  # κ (C,) [1/m]
+
+
+class Run(NamedTuple):
+    """Motion after every step."""
+
+    position: np.ndarray  # q (n, K)
+    place: np.ndarray  # u_n, u_t and u_a of the points (n, C, 3) [m]
+    force: np.ndarray  # normal (n, C) [N]
+
+
+def structure_of(modes, interface, model, damping_ratio):
+    """The Structure of hpcrub's Modes of a disk, its Interface and its SecondOrder."""
+    return Structure(
+        modes.omega,
+        np.broadcast_to(damping_ratio, modes.omega.shape),
+        modes.normal,
+        modes.tangential,
+        modes.axial,
+        interface.blade,
+        interface.angle,
+        interface.radius,
+        model.participation @ modes.shapes,
+        model.shortening,
+        model.coupling,
+        model.curvature,
+    )
+
+
+def coefficients(scheme, omega, damping_ratio, h):
+    """Factors (K,) of the last increment and of a modal force, by the name of a scheme."""
+    c = damping_ratio * omega * h
+    if scheme == "central_difference":
+        return (1.0 - c) / (1.0 + c), h * h / (1.0 + c)
+    e = np.exp(-c)
+    cosine = np.cos(omega * np.sqrt(1.0 - damping_ratio**2) * h)
+    stiff = 1.0 + c + (omega * h) ** 2 / 4.0  # modes that a step cannot follow: trapezoidal rule
+    slow = omega * h <= 2.0
+    decay = np.where(slow, e * e, (stiff - 2.0 * c) / stiff)
+    return decay, np.where(slow, (1.0 - 2.0 * e * cosine + e * e) / omega**2, h * h / stiff)
+
+
+def moved(structure, q):
+    """Motion of the points (C, 3), and its gradients (3, C, K)."""
+    first = np.stack([structure.normal, structure.tangential, np.zeros_like(structure.normal)])
+    if len(structure.axial):
+        first[2] = structure.axial
+    rows = structure.bent[structure.blade]  # (C, p, K)
+    turned = np.einsum("cdab,cb->cda", structure.shortening, rows @ q)
+    gradient = first - np.einsum("cda,cak->dck", turned, rows)
+    return ((first + gradient) @ q / 2.0).T, gradient
+
+
+def met(structure, place, casing, rotation, t):
+    """Penetration without the clearance, and the lean m of the wall (C,); order `first`: no κ."""
+    along = place[:, 1]
+    shift = np.where(structure.curvature > 0.0, along / structure.radius, 0.0)
+    theta = structure.angle + rotation + shift
+    lean = structure.curvature * along
+    depth = place[:, 0] + lean * along / 2.0 + casing(theta, t)
+    slope = (casing(theta + SMALL, t) - casing(theta - SMALL, t)) / (2.0 * SMALL)
+    return depth, np.where(structure.curvature > 0.0, lean + slope / structure.radius, 0.0)
+
+
+def of_order(structure, order):
+    """The structure at one of ORDERS."""
+    if order == "second":
+        return structure
+    G, C, bend = structure.shortening, structure.coupling, structure.curvature
+    if order == "first":
+        bend = np.zeros_like(bend)
+    return structure._replace(shortening=0.0 * G, coupling=0.0 * C, curvature=bend)
+
+
+def directions(structure, gradient, lean, increment, friction, turn):
+    """Rows (C, K) that the penetration follows, and those along which a force acts."""
+    n, t, a = gradient
+    size = np.sqrt(1.0 + lean**2)[:, None]
+    normal, tangent = n + lean[:, None] * t, (t - lean[:, None] * n) / size
+    if len(structure.axial):
+        along, across = structure.radius * turn + tangent @ increment, a @ increment
+        speed = np.hypot(along, across)
+        tangent = (along / speed)[:, None] * tangent + (across / speed)[:, None] * a
+    return normal, normal / size + friction * tangent
+
+
+def integrate(
+    structure, casing, clearance, friction, speed_hz, h, n, order="second",
+    scheme="central_difference", start=None,
+):  # fmt: skip
+    """Run of n steps of h [s].
+
+    casing: function of angles from a crest (C,) [rad] and time [s], the height of the wall (C,)
+    [m], as `casing_of` makes it; clearance: of all points or of each (C,) [m]; start: q and its
+    increment (K,) in the step before; rest by default.
+    """
+    structure = of_order(structure, order)
+    decay, gain = coefficients(scheme, structure.omega, structure.damping_ratio, h)
+    K, n_points, turn = len(decay), len(structure.normal), 2.0 * np.pi * speed_hz * h
+    q, d = start or np.zeros((2, K))
+    found = Run(np.zeros((n, K)), np.zeros((n, n_points, 3)), np.zeros((n, n_points)))
+    for k in range(n):
+        s = structure.bent @ q
+        bending = 0.5 * np.einsum("abc,nb,nc->na", structure.coupling, s, s)
+        pull = structure.omega**2 * q + np.einsum("nak,na->k", structure.bent, bending)
+        before, d = d, decay * d - gain * pull
+        q = q + d
+        place, gradient = moved(structure, q)
+        depth, lean = met(structure, place, casing, turn * (k + 1), h * (k + 1))
+        depth = depth - clearance
+        if depth.max() > 0.0:
+            rows, along = directions(structure, gradient, lean, before, friction, turn)
+            found.force[k] = forces((rows * gain) @ along.T, depth)
+            change = -gain * (along.T @ found.force[k])
+            q, d = q + change, d + change
+            place = moved(structure, q)[0]
+        found.position[k], found.place[k] = q, place
+    return found
+
+
+def casing_of(wall):
+    """The casing of a `ring.Wall` as a function of angles and time."""
+    return lambda theta, t: bump.py_func(wall, theta, t)

@@ -1,0 +1,316 @@
+"""Kinematics of contact to second order, for tips that move far (`model.second_order`).
+
+With the amplitudes s of the bent modes of its blade, a contact point i penetrates the casing by
+
+    p = u_n + ½ κ u_t² − ½ sᵀG_n s + b(θ + u_t/R) − clearance,
+
+where u_n and u_t are the displacements to first order, and κ is the curvature of the casing along
+its circumference. Normal force and friction act along the gradient of p and along the displaced
+tangent. With t = κ u_t + b′/R, a force that pushes the point inwards by N has the parts
+
+    N (1 − μ t cos β),    N (t + μ cos β),    N μ sin β
+
+along the normal, tangential and axial direction at rest. By reciprocity, parts f_d push the bent
+modes by −Σ_d f_d G_d s, too. The Delassus operator has all of it for points of one blade, and for
+points of two blades the motion of the first along its normal at rest.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.contact import lanes as v
+from hpcrub.contact.arrays import Bank, State
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.laws.small import list_directions, row_of_pair
+from hpcrub.contact.protocols import Grid, Scene
+from hpcrub.contact.tables import columns
+from hpcrub.model.reduction import Rows
+
+
+class BentArrays(NamedTuple):
+    """Arrays for C contact points (padded), N blades with p bent modes, L lanes.
+
+    M = p (p + 1)/2 products of two bent modes are in the order of `numpy.triu_indices`.
+    """
+
+    along: np.ndarray  # u_t (C, L) [m] (modified)
+    bent: np.ndarray  # s of all blades (≥ N·p, L) [m·√kg] (modified)
+    products: np.ndarray  # s_a s_c of all blades (N·M, L) [m²·kg] (modified)
+    raised: np.ndarray  # what the casing is higher at the displaced point (C, L) [m] (modified)
+    slope: np.ndarray  # b′/R under it, of bumps of full height (C, L) [-] (modified)
+    tilt: np.ndarray  # t (C, L) [-] (modified)
+    seen: np.ndarray  # −(G_n + t G_t) s of every point (C·p, L) [1/√kg] (modified)
+    pushed: np.ndarray  # −Σ f_d G_d s of every point, f of N = 1 (C·p, L) [1/√kg] (modified)
+    # motion of the point in place i of a blade by a force on that in place j: row
+    # ((j·P + i)·(2 + p) + o)·(3 + p) + f from ``begin`` on, where o is the normal, tangential
+    # motion and s, and f the normal, tangential, axial force and the push of a bent mode
+    own: np.ndarray
+    begin: (
+        np.ndarray
+    )  # first row of every point's blade in ``own``, which blades may share (C,) int
+    place: np.ndarray  # place of every point on its blade (C,) int
+    n_places: int  # P, most points of a blade
+    shortening: np.ndarray  # G_n, G_t, G_a of every point (C, 3·p·p) [1/(m·kg)]
+    gap: np.ndarray  # what each product adds to the penetration of a point (C, M) [1/(m·kg)]
+    coupling: np.ndarray  # force of each product on every bent mode (p, M) [1/(m·√kg·s²)]
+    observed: np.ndarray  # what each product adds to an observed displacement (O, M) [1/(m·kg)]
+    observed_blade: np.ndarray  # blade of every observed displacement (O,) int
+    curvature: np.ndarray  # κ (C,) [1/m]
+    steps: np.ndarray  # time steps in which the disk turns by a metre at the point (C,) [1/m]
+    highest: float  # largest height of the casing [m]
+
+
+def _folded(G: np.ndarray) -> np.ndarray:
+    """Coefficients (..., M) of the products s_a s_c, a ≤ c, in −½ sᵀG s; G: (..., p, p)."""
+    a, c = np.triu_indices(G.shape[-1])
+    return -np.where(a == c, 0.5, 1.0) * G[..., a, c]
+
+
+class Bent(BentArrays):
+    """Kinematics to second order of a bank; `small.Small` has the same methods."""
+
+    STEEPER = 0.3  # the largest t of thin bumps and of tips that move far
+
+    @staticmethod
+    def per_lane() -> tuple[str, ...]:
+        """Names of arrays whose last axis is the lanes."""
+        return "along", "bent", "products", "raised", "slope", "tilt", "seen", "pushed", "own"
+
+    @classmethod
+    def allocate(cls, scene: Scene, rows: Rows, grid: Grid, width: int) -> "Bent":
+        """Make the arrays for idle lanes; scene: with `Interface.second_order`."""
+        interface = scene.interface
+        second: Any = interface.second_order
+        n_blades, p = second.participation.shape[:2]
+        n, C = len(interface.angle), columns(rows.normal).shape[1]
+        counts, padding = interface.points_per_blade, (0, C - n)
+        order, first = np.argsort(interface.blade, kind="stable"), np.cumsum(counts) - counts
+        place = np.empty(n, dtype=np.int64)
+        place[order] = np.arange(n) - first[interface.blade[order]]
+        # blades of the cyclic basis, whose points are known to correspond, share one table
+        table = interface.blade if len(rows.points) == 1 else np.zeros(n, dtype=np.int64)
+        size = counts.max() ** 2 * (2 + p) * (3 + p)
+        way = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
+        return cls(
+            **v.lane_arrays(
+                width, along=C, bent=columns(rows.bent).shape[1],
+                products=n_blades * (p * (p + 1) // 2),
+                raised=C, slope=C, tilt=C, seen=C * p, pushed=C * p, own=(table.max() + 1) * size,
+            ),
+            begin=table * size,
+            place=place,
+            n_places=int(counts.max()),
+            shortening=np.pad(second.shortening.reshape(n, -1), (padding, (0, 0))),
+            gap=np.pad(_folded(second.shortening[:, 0]), (padding, (0, 0))),
+            coupling=_folded(second.coupling),
+            observed=_folded(second.observed),
+            observed_blade=interface.observed_blade,
+            curvature=np.pad(second.curvature, padding),
+            steps=np.pad(1.0 / way, padding),
+            highest=scene.casing.highest,
+        )  # fmt: skip
+
+    def fill(self, lane: int, rows: Rows, gain: np.ndarray, blade: np.ndarray) -> None:
+        """Give a lane the motions of blades by forces on them (modified).
+
+        gain: (R,) factor of a modal force [s²]; blade: of every contact point (n,).
+        """
+        p = self.coupling.shape[0]
+        shape = -1, self.n_places, self.n_places, 2 + p, 3 + p
+        for b, own in enumerate(self.own[:, lane].reshape(shape)):  # views
+            points, bent = np.flatnonzero(blade == b), np.s_[b * p : (b + 1) * p]
+
+            def beside(rows: Any, bent_rows: np.ndarray, n: int = len(points)) -> np.ndarray:
+                both = [np.stack(rows, axis=1), np.repeat(bent_rows[None], n, axis=0)]
+                return np.concatenate(both, axis=1)
+
+            seen = beside([rows.normal[points], rows.tangential[points]], rows.bent[bent])
+            push = beside([by[points] for by in rows.forces], rows.bent_forces[bent])
+            found = np.einsum("iok,k,jfk->jiof", seen, gain, push, optimize=True)
+            own[: len(points), : len(points)] = found
+
+    @staticmethod
+    @compiled(inner=True)
+    def displace(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> np.ndarray:
+        """Penetrations of the displaced points (bank is modified).
+
+        Also finds the forces of the bent modes on each other, `State.late`, and what the second
+        order adds to the observed displacements, `State.beyond`.
+        Returns the deepest penetration (L,) [m].
+        """
+        bent, state, law = bank.law.kinematics, bank.state, bank.law
+        bank.basis.displace(lanes, bank, bent)
+        multiply(lanes, bent, state)
+        n_products, deepest = bent.gap.shape[1], v.splat(lanes, -np.inf)
+        ramp, zero = v.load(lanes, state.ramp, 0), v.splat(lanes, 0.0)
+        for i in law.points:
+            first = law.blade[i] * n_products
+            u = v.load(lanes, bent.along, i)
+            depth = v.fma(0.5 * bent.curvature[i] * u, u, v.load(lanes, state.penetration, i))
+            for m in range(n_products):
+                depth = v.fma(v.load(lanes, bent.products, first + m), bent.gap[i, m], depth)
+            most = v.fma(ramp, bent.highest - bank.scheme.bump[step, i], depth)
+            v.store(bent.slope, i, zero)
+            if v.any_lane(most > 0.0):
+                read_casing(bank.scheme.bump, bent, i, step, len(lanes))
+                raised = v.fma(ramp, v.load(lanes, bent.raised, i), depth)
+                slope = ramp * v.load(lanes, bent.slope, i)
+                depth = v.select(most > 0.0, raised, depth)
+                v.store(bent.slope, i, v.select(most > 0.0, slope, zero))
+            v.store(state.penetration, i, depth)
+            deepest = v.larger(depth, deepest)
+        return deepest
+
+    @staticmethod
+    @compiled(inner=True)
+    def see(lanes: tuple, law: Any, i: int) -> None:
+        """Find the gradient of the penetration of a point (law is modified)."""
+        bent = law.kinematics
+        p = bent.coupling.shape[0]
+        tilt = bent.curvature[i] * v.load(lanes, bent.along, i) + v.load(lanes, bent.slope, i)
+        v.store(bent.tilt, i, tilt)
+        for a in range(p):
+            less = v.splat(lanes, 0.0)
+            for c in range(p):
+                s = v.load(lanes, bent.bent, law.blade[i] * p + c)
+                by_normal = bent.shortening[i, a * p + c]
+                by_tangential = bent.shortening[i, (p + a) * p + c]
+                less = v.fma(v.fma(tilt, by_tangential, by_normal), s, less)
+            v.store(bent.seen, i * p + a, 0.0 - less)
+
+    @staticmethod
+    @compiled(inner=True)
+    def push(lanes: tuple, law: Any, j: int, along: np.ndarray, across: np.ndarray) -> None:
+        """Find how a unit normal force on a point pushes the bent modes (law is modified).
+
+        along, across: coefficient of friction times cos β and sin β of the point (L,).
+        """
+        bent = law.kinematics
+        p = bent.coupling.shape[0]
+        tilt = v.load(lanes, bent.tilt, j)
+        normal, tangential = 1.0 - along * tilt, along + tilt
+        for a in range(p):
+            less = v.splat(lanes, 0.0)
+            for c in range(p):
+                s = v.load(lanes, bent.bent, law.blade[j] * p + c)
+                part = normal * bent.shortening[j, a * p + c]
+                part = v.fma(tangential, bent.shortening[j, (p + a) * p + c], part)
+                part = v.fma(across, bent.shortening[j, (2 * p + a) * p + c], part)
+                less = v.fma(part, s, less)
+            v.store(bent.pushed, j * p + a, 0.0 - less)
+
+    @staticmethod
+    @compiled(inner=True)
+    def compliance(
+        lanes: tuple, law: Any, i: int, j: int, along: np.ndarray, across: np.ndarray
+    ) -> np.ndarray:
+        """Change of the penetration of point i by a force on point j (L,) [m/N].
+
+        along, across: as in `push`. The force is one unit along the normal, with its friction.
+        """
+        bent = law.kinematics
+        tilt = v.load(lanes, bent.tilt, j)
+        normal, tangential = 1.0 - along * tilt, along + tilt
+        if law.blade[i] != law.blade[j]:
+            at = row_of_pair(law, i, j)
+            w = normal * v.load(lanes, law.compliance, at)
+            w = v.fma(tangential, v.load(lanes, law.compliance, at + 1), w)
+            return v.fma(across, v.load(lanes, law.compliance, at + 2), w)
+        p = bent.coupling.shape[0]
+        at = bent.place[j] * bent.n_places + bent.place[i]
+        at = bent.begin[j] + at * (2 + p) * (3 + p)
+        total = v.splat(lanes, 0.0)
+        for o in range(2 + p):
+            w = normal * v.load(lanes, bent.own, at)
+            w = v.fma(tangential, v.load(lanes, bent.own, at + 1), w)
+            w = v.fma(across, v.load(lanes, bent.own, at + 2), w)
+            for a in range(p):
+                pushed = v.load(lanes, bent.pushed, j * p + a)
+                w = v.fma(pushed, v.load(lanes, bent.own, at + 3 + a), w)
+            weight = v.splat(lanes, 1.0)
+            if o == 1:
+                weight = v.load(lanes, bent.tilt, i)
+            if o > 1:
+                weight = v.load(lanes, bent.seen, i * p + o - 2)
+            total = v.fma(weight, w, total)
+            at += 3 + p
+        return total
+
+    @staticmethod
+    @compiled(inner=True)
+    def directed(lanes: tuple, state: State, law: Any, n: int) -> int:
+        """Forces of the n listed points along their directions at rest (state is modified).
+
+        Returns the number of listed multipliers, the last of which push the bent modes.
+        """
+        bent, n_points = law.kinematics, state.penetration.shape[0] - 1
+        p, blade, first = bent.coupling.shape[0], -1, 3 * n
+        end = first
+        for b in range(n):
+            j = state.active[b]
+            force, tilt = v.load(lanes, state.multiplier, j), v.load(lanes, bent.tilt, j)
+            along = law.friction * v.load(lanes, law.cosine, j)
+            across = law.friction * v.load(lanes, law.sine, j)
+            v.store(state.multiplier, j, force * (1.0 - along * tilt))
+            v.store(state.multiplier, n_points + j, force * (along + tilt))
+            v.store(state.multiplier, 2 * n_points + j, force * across)
+            for a in range(p):
+                row, before = 3 * n_points + law.blade[j] * p + a, v.splat(lanes, 0.0)
+                if law.blade[j] == blade:
+                    before = v.load(lanes, state.multiplier, row)
+                else:
+                    state.active[end] = row
+                    end += 1
+                pushed = v.load(lanes, bent.pushed, j * p + a)
+                v.store(state.multiplier, row, v.fma(force, pushed, before))
+            blade = law.blade[j]
+        list_directions(state, n)
+        return end
+
+
+@compiled(inner=True)
+def multiply(lanes: tuple, bent: BentArrays, state: State) -> None:
+    """Products of the bent modes, and what they push and show (bent, state are modified)."""
+    p, n_products = bent.coupling.shape
+    for b in range(bent.products.shape[0] // n_products):
+        m = b * n_products
+        for a in range(p):
+            s = v.load(lanes, bent.bent, b * p + a)
+            for c in range(a, p):
+                v.store(bent.products, m, s * v.load(lanes, bent.bent, b * p + c))
+                m += 1
+        for a in range(p):
+            total = total_of(lanes, bent, bent.coupling, a, b)
+            v.store(state.late, b * p + a, total)
+    for o in range(bent.observed.shape[0]):
+        total = total_of(lanes, bent, bent.observed, o, bent.observed_blade[o])
+        v.store(state.beyond, o, total)
+
+
+@compiled(inline=True, inner=True)
+def total_of(lanes: tuple, bent: BentArrays, table: np.ndarray, row: int, blade: int) -> np.ndarray:
+    """Sum (L,) of the products of a blade with a row of a table (n, M)."""
+    n_products, total = table.shape[1], v.splat(lanes, 0.0)
+    for m in range(n_products):
+        product = v.load(lanes, bent.products, blade * n_products + m)
+        total = v.fma(product, table[row, m], total)
+    return total
+
+
+@compiled(inner=True)
+def read_casing(bump: np.ndarray, bent: BentArrays, i: int, step: int, n_lanes: int) -> None:
+    """Read how much higher the casing is at a displaced point, and its slope (bent, modified).
+
+    bump: heights at the steps of a block (P, C) [m], straight between them.
+    """
+    n_steps = bump.shape[0]
+    for lane in range(n_lanes):
+        at = bent.along[i, lane] * bent.steps[i]
+        if not abs(at) < 1e9:  # a motion that diverges
+            at = 0.0
+        whole = int(np.floor(at))
+        here = bump[(step + whole) % n_steps, i]
+        rise = bump[(step + whole + 1) % n_steps, i] - here
+        bent.raised[i, lane] = here + (at - whole) * rise - bump[step, i]
+        bent.slope[i, lane] = rise * bent.steps[i]

@@ -1,0 +1,73 @@
+"""The second programs of second order: they agree with each other, and keep what they must."""
+
+import numpy as np
+import pytest
+
+from evidence.truth import second_order
+from evidence.truth.bent_blade import clamped
+from evidence.truth.corotational import rub
+from evidence.truth.ring import Wall
+
+HZ, STEP = 40.0, 4e-6
+FREE = Wall(clearance=1.0, friction=0.0)
+
+
+def meeting(scale, bow):
+    """Largest error of the tip's motion over its largest, at every order, until after one bump."""
+    blade, mass, structure = clamped(bow)
+    wall, n = Wall(4, scale * 1.25e-3, scale * 0.25e-3, 0.15, 0.02), round(9e-3 / STEP)
+    exact = rub(blade, mass, structure.radius[0], wall, HZ, STEP, n)[0]
+    casing, errors = second_order.casing_of(wall), []
+    for order in second_order.ORDERS:
+        run = second_order.integrate(
+            structure, casing, wall.clearance, wall.friction, HZ, STEP, n, order
+        )
+        errors.append(np.hypot(*(run.place[:, 0, :2] - exact).T).max())
+    return np.array(errors) / np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("bow", "better"), [(0.0, 20.0), (0.07924, 5.0)])
+def test_second_order_follows_blades_with_exact_rotations(bow, better):
+    """A tip that moves by millimetres: the error falls by half and more with the motion."""
+    (first, polar, second), (_, _, smaller) = meeting(1.0, bow), meeting(0.5, bow)
+    assert second < first / better
+    assert smaller < 0.6 * second
+    assert polar > 0.8 * first  # the displaced tip alone is no better
+
+
+def test_motion_without_contact_conserves_energy():
+    """½(d/h)² + ½ω²q² + ⅙ C s s s of a bowed blade, between steps, to second order in the step."""
+    structure = clamped(0.07924)[2]
+    C, omega = structure.coupling, structure.omega
+    drift = []
+    for h in (4e-6, 2e-6):
+        start = np.eye(len(omega))[0] * 0.02, 0.0 * omega
+        casing = second_order.casing_of(FREE)
+        q = second_order.integrate(
+            structure, casing, 1.0, 0.0, HZ, h, round(8e-3 / h), start=start
+        ).position
+        d, q = np.diff(q, axis=0), (q[1:] + q[:-1]) / 2.0
+        s = q @ structure.bent[0].T
+        cubic = np.einsum("abc,na,nb,nc->n", C, s, s, s) / 6.0
+        energy = ((d / h) ** 2 + (omega * q) ** 2).sum(axis=1) / 2.0 + cubic
+        assert np.abs(cubic).max() > 1e-3 * energy[0]
+        drift.append(np.ptp(energy) / energy[0])
+    assert drift[0] < 1e-3
+    assert drift[1] < 0.3 * drift[0]
+
+
+def test_what_is_of_second_order_is_proportional_to_the_amplitude():
+    blade, mass, structure = clamped(0.07924)
+    part = []
+    for scale in (1e-2, 5e-3):
+        wall = Wall(4, scale * 1.25e-3, scale * 0.25e-3, 0.15, 0.02)
+        casing = second_order.casing_of(wall)
+        first, second = (
+            second_order.integrate(
+                structure, casing, wall.clearance, wall.friction, HZ, 4e-6, 2000, order
+            ).place[:, 0, 1]
+            for order in ("first", "second")
+        )
+        part.append(np.abs(second - first).max() / np.abs(first).max())
+    assert 0.0 < part[0] < 1e-3
+    assert part[1] == pytest.approx(part[0] / 2.0, rel=0.1)
