@@ -7,30 +7,31 @@ from scipy.linalg import eigh
 
 from evidence.truth.corotational import planar_blade
 from evidence.truth.disk import MATERIAL, disk_section, make_disk
-from evidence.truth.second_order import Structure
+from evidence.truth.exact_rubbing import of_blade
+from hpcrub.model.interface import planar_interface
+from hpcrub.model.reduction import Modes
 from hpcrub.model.second_order_planar import planar_second_order
 
 
 @cache
-def clamped(bow, damping_ratio=0.0):
-    """A `corotational.Blade` of a bow [-], its mass, and the `second_order.Structure` of it."""
+def clamped(bow):
+    """A blade of a bow [-]: its `exact_rubbing.Structure`, Modes and Interface of second order."""
     section, disk = disk_section({"bow": bow}), make_disk({"bow": bow})
     blade, mass = planar_blade(section, MATERIAL)
-    model = planar_second_order(disk, np.eye(len(disk.mass)), section, MATERIAL)
     own = disk.blade_dof[0][3:]
     values, modes = eigh(disk.stiffness[np.ix_(own, own)], mass)
-    structure = Structure(
-        omega=np.sqrt(values),
-        damping_ratio=np.full(len(values), damping_ratio),
-        normal=modes[-3:-2],
-        tangential=modes[-2:-1],
-        axial=np.zeros((0, len(values))),
-        blade=np.zeros(1, dtype=int),
-        angle=np.zeros(1),
-        radius=disk.contact_radius[:1],
-        bent=model.participation[:1][..., own] @ modes,
+    basis = np.zeros((len(disk.mass), len(values)))
+    basis[own] = modes
+    model = planar_second_order(disk, basis, section, MATERIAL)
+    second = model._replace(
+        participation=model.participation[:1],
         shortening=model.shortening[:1],
-        coupling=model.coupling,
+        observed=model.observed[:1],
         curvature=model.curvature[:1],
     )
-    return blade, mass, structure
+    radius = disk.contact_radius[0]
+    normal, tangential = modes[-3:-2], modes[-2:-1]
+    face = planar_interface(np.zeros(1), radius, normal, tangential)
+    face = face._replace(second_order=second, axial=np.zeros_like(normal))
+    of_small = Modes.planar(np.sqrt(values), normal, tangential)
+    return of_blade(blade, mass, radius), of_small._replace(axial=face.axial, bent=face.bent), face

@@ -8,12 +8,8 @@ energy EA e²/2L + 2EI (t₁² + t₁t₂ + t₂²)/L. Its mass is that of the p
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
-
-from evidence.truth import ring
 
 NEWTON_STEPS = 60
-CLOSINGS = 4  # corrections of the exact gap in a step
 
 
 class Blade(NamedTuple):
@@ -94,46 +90,3 @@ def equilibrium(blade, load, parts=1):
         else:
             raise ValueError("the blade finds no equilibrium")
     return u
-
-
-def rub(blade, mass, radius, wall, speed_hz, h, n, damping_ratio=0.0):
-    """Displacements of the tip (n, 2) [m] of a blade that turns in a casing, and forces (n,) [N].
-
-    Central differences without penalty: a force closes the exact gap to the wall at the end of
-    every step. mass: (3n, 3n); radius: of the tip [m]; wall: `ring.Wall`; h: time step [s];
-    damping_ratio: of the modes of small motion. The tip is at a crest at the start, at rest.
-    """
-    values, modes = eigh(tangent(blade, np.zeros(len(mass))), mass)
-    damper = mass @ modes * (damping_ratio * np.sqrt(values) * h) @ modes.T @ mass  # C h/2
-    step = np.linalg.inv(mass + damper)
-    keep, push = step @ (mass - damper), h * h * step
-    turn = 2.0 * np.pi * speed_hz * h
-    u, d = np.zeros((2, len(mass)))
-    found, forces = np.zeros((n, 2)), np.zeros(n)
-    for k in range(n):
-        d = keep @ d - push @ clamped_force(blade, u)
-        u = u + d
-        for _ in range(CLOSINGS):
-            depth, normal = meeting(radius, wall, turn * (k + 1), h * (k + 1), u[-3:-1])
-            if depth <= 0.0 and forces[k] == 0.0:
-                break
-            along = normal + wall.friction * np.array([-normal[1], normal[0]])
-            answer = push[:, -3:-1] @ along
-            force = max(depth / (normal @ answer[-3:-1]), -forces[k])
-            forces[k] += force
-            u, d = u - force * answer, d - force * answer
-        found[k] = u[-3:-1]
-    return found, forces
-
-
-def meeting(radius, wall, angle, t, u):
-    """Penetration of a tip [m], and the outward normal of the wall at it (2,).
-
-    angle: of the tip at rest from a crest of the wall [rad]; t: time [s]; u: displacement (2,) [m].
-    """
-    rho, phi = np.hypot(radius + u[0], u[1]), np.arctan2(u[1], radius + u[0])
-    height = ring.bump.py_func(wall, angle + phi + 1e-6 * np.array([-1.0, 0.0, 1.0]), t)
-    depth = rho - radius - wall.clearance + height[1]
-    slope = (height[2] - height[0]) / 2e-6 / rho
-    c, s, size = np.cos(phi), np.sin(phi), np.hypot(1.0, slope)
-    return depth / size, np.array([c - slope * s, s + slope * c]) / size

@@ -81,26 +81,33 @@ def coefficients(scheme, omega, damping_ratio, h):
     return decay, np.where(slow, (1.0 - 2.0 * e * cosine + e * e) / omega**2, h * h / stiff)
 
 
-def moved(structure, q):
-    """Motion of the points (C, 3), and its gradients (3, C, K)."""
-    first = np.stack([structure.normal, structure.tangential, np.zeros_like(structure.normal)])
-    if len(structure.axial):
-        first[2] = structure.axial
+def place(structure, q):
+    """Motion of the points (C, 3)."""
+    along = structure.normal @ q, structure.tangential @ q
+    across = structure.axial @ q if len(structure.axial) else 0.0 * along[0]
+    s = (structure.bent @ q)[structure.blade]
+    shorter = np.einsum("cdab,ca,cb->cd", structure.shortening, s, s) / 2.0
+    return np.stack([*along, across], axis=1) - shorter
+
+
+def gradients(structure, q):
+    """Change of the motion of the points (3, C, K) with q."""
+    axial = structure.axial if len(structure.axial) else 0.0 * structure.normal
+    first = np.stack([structure.normal, structure.tangential, axial])
     rows = structure.bent[structure.blade]  # (C, p, K)
     turned = np.einsum("cdab,cb->cda", structure.shortening, rows @ q)
-    gradient = first - np.einsum("cda,cak->dck", turned, rows)
-    return ((first + gradient) @ q / 2.0).T, gradient
+    return first - np.einsum("cda,cak->dck", turned, rows)
 
 
-def met(structure, place, casing, rotation, t):
+def met(structure, moved, casing, rotation, t):
     """Penetration without the clearance, and the lean m of the wall (C,); order `first`: no κ."""
-    along = place[:, 1]
-    shift = np.where(structure.curvature > 0.0, along / structure.radius, 0.0)
-    theta = structure.angle + rotation + shift
+    along = moved[:, 1]
+    per_motion = (structure.curvature > 0.0) / structure.radius
+    theta = structure.angle + rotation + per_motion * along
+    below, height, above = casing(theta + SMALL * np.array([[-1.0], [0.0], [1.0]]), t)
     lean = structure.curvature * along
-    depth = place[:, 0] + lean * along / 2.0 + casing(theta, t)
-    slope = (casing(theta + SMALL, t) - casing(theta - SMALL, t)) / (2.0 * SMALL)
-    return depth, np.where(structure.curvature > 0.0, lean + slope / structure.radius, 0.0)
+    depth = moved[:, 0] + lean * along / 2.0 + height
+    return depth, lean + (above - below) / (2.0 * SMALL) * per_motion
 
 
 def of_order(structure, order):
@@ -131,7 +138,7 @@ def integrate(
 ):  # fmt: skip
     """Run of n steps of h [s].
 
-    casing: function of angles from a crest (C,) [rad] and time [s], the height of the wall (C,)
+    casing: function of angles from a crest (any shape) [rad] and time [s], the height of the wall
     [m], as `casing_of` makes it; clearance: of all points or of each (C,) [m]; start: q and its
     increment (K,) in the step before; rest by default.
     """
@@ -146,16 +153,17 @@ def integrate(
         pull = structure.omega**2 * q + np.einsum("nak,na->k", structure.bent, bending)
         before, d = d, decay * d - gain * pull
         q = q + d
-        place, gradient = moved(structure, q)
-        depth, lean = met(structure, place, casing, turn * (k + 1), h * (k + 1))
+        moved = place(structure, q)
+        depth, lean = met(structure, moved, casing, turn * (k + 1), h * (k + 1))
         depth = depth - clearance
         if depth.max() > 0.0:
+            gradient = gradients(structure, q)
             rows, along = directions(structure, gradient, lean, before, friction, turn)
             found.force[k] = forces((rows * gain) @ along.T, depth)
             change = -gain * (along.T @ found.force[k])
             q, d = q + change, d + change
-            place = moved(structure, q)[0]
-        found.position[k], found.place[k] = q, place
+            moved = place(structure, q)
+        found.position[k], found.place[k] = q, moved
     return found
 
 

@@ -32,5 +32,6 @@ class SecondOrder(NamedTuple):
     shortening: np.ndarray
     observed: np.ndarray  # (O, p, p) G of the observed displacements [1/(m·kg)]
     coupling: np.ndarray  # (p, p, p) C, symmetric in all three [1/(m·√kg·s²)]
-    omega: np.ndarray  # (p,) angular frequencies of the bent modes [rad/s]
+    # (p,) angular frequencies of the bent modes [rad/s]; inf of a turn of the root, an angle as s
+    omega: np.ndarray
     curvature: np.ndarray  # (C,) of the casing along its circumference at the points, cos α/R [1/m]

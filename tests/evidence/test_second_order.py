@@ -5,18 +5,26 @@ import pytest
 
 from evidence.truth import second_order
 from evidence.truth.bent_blade import clamped
-from evidence.truth.corotational import rub
+from evidence.truth.corotational import planar_blade
+from evidence.truth.disk import MATERIAL, disk_section, reference_disk
+from evidence.truth.exact_rubbing import of_disk, rub
 from evidence.truth.ring import Wall
 
 HZ, STEP = 40.0, 4e-6
 FREE = Wall(clearance=1.0, friction=0.0)
 
 
+def both(bow):
+    """A clamped blade for either program."""
+    beams, modes, face = clamped(bow)
+    return beams, second_order.structure_of(modes, face, face.second_order, 0.0)
+
+
 def meeting(scale, bow):
     """Largest error of the tip's motion over its largest, at every order, until after one bump."""
-    blade, mass, structure = clamped(bow)
+    beams, structure = both(bow)
     wall, n = Wall(4, scale * 1.25e-3, scale * 0.25e-3, 0.15, 0.02), round(9e-3 / STEP)
-    exact = rub(blade, mass, structure.radius[0], wall, HZ, STEP, n)[0]
+    exact = rub(beams, wall, HZ, STEP, n)[0][:, 0]
     casing, errors = second_order.casing_of(wall), []
     for order in second_order.ORDERS:
         run = second_order.integrate(
@@ -35,9 +43,21 @@ def test_second_order_follows_blades_with_exact_rotations(bow, better):
     assert polar > 0.8 * first  # the displaced tip alone is no better
 
 
+def test_a_disk_of_exact_rotations_is_the_linear_disk_in_small_motion():
+    """The derivative of its forces, by complex steps, along motions of all dof, ring and roots."""
+    disk = reference_disk()
+    blade, _ = planar_blade(disk_section(), MATERIAL)
+    exact = of_disk(disk, blade, disk_section().hub_radius)
+    motion = np.random.default_rng(1).normal(size=(3, len(disk.mass)))
+    for u in motion:
+        derivative = exact.force(1e-30j * u).imag / 1e-30
+        expected = disk.stiffness @ u
+        np.testing.assert_allclose(derivative, expected, atol=1e-9 * np.abs(expected).max())
+
+
 def test_motion_without_contact_conserves_energy():
     """½(d/h)² + ½ω²q² + ⅙ C s s s of a bowed blade, between steps, to second order in the step."""
-    structure = clamped(0.07924)[2]
+    structure = both(0.07924)[1]
     C, omega = structure.coupling, structure.omega
     drift = []
     for h in (4e-6, 2e-6):
@@ -57,7 +77,7 @@ def test_motion_without_contact_conserves_energy():
 
 
 def test_what_is_of_second_order_is_proportional_to_the_amplitude():
-    blade, mass, structure = clamped(0.07924)
+    structure = both(0.07924)[1]
     part = []
     for scale in (1e-2, 5e-3):
         wall = Wall(4, scale * 1.25e-3, scale * 0.25e-3, 0.15, 0.02)
