@@ -29,7 +29,6 @@ from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.tables import columns
 from hpcrub.model.reduction import Rows
 
-
 REACH = 0.1  # angle of a displacement up to which the casing's crests nearby are known [rad]
 
 
@@ -64,7 +63,7 @@ class BentArrays(NamedTuple):
     observed_blade: np.ndarray  # blade of every observed displacement (O,) int
     curvature: np.ndarray  # κ (C,) [1/m]
     steps: np.ndarray  # time steps in which the disk turns by a metre at the point (C,) [1/m]
-    # largest height of the casing at most ``reach`` steps from each step of a block, as `Scheme.bump`
+    # largest height of the casing at most ``reach`` steps from every step, like `Scheme.bump`
     crest: np.ndarray
     reach: int
     highest: float  # largest height of the casing [m]
