@@ -65,10 +65,10 @@ lint: $(STAMP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff format --check .
 	@$(VENV_PYTHON) -m mypy
 
-bench: $(STAMP)  ## measure speed and error, write evidence/benchmarks/report.md (15 min; ARGS=kernel)
+bench: $(STAMP)  ## measure speed, write evidence/benchmarks/report.md (8 min; ARGS=kernel)
 	@$(VENV_PYTHON) -m evidence.benchmarks $(ARGS)
 
-scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10 min)
+scaling: $(STAMP)  ## measure how a study scales on this machine, write docs/scaling.md (1 min)
 	@$(VENV_PYTHON) -m evidence.scaling $(ARGS)
 
 blisk: $(STAMP)  ## make the blisk of the tutorial with CalculiX, and check it (1 min)

@@ -1,1 +1,1 @@
-"""Run time against error, and against the machine: `make bench`."""
+"""Run time beside the machine and a plain C program: `make bench`."""

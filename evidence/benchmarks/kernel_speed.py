@@ -45,13 +45,10 @@ def problem(n_modes=60, scheme="exact_modal", step=3.3e-5):
     return build_problem(Config().replace(keys))
 
 
-def modes_of(reduced, sample, nudge=0.0):
-    """Modes of a mistuned sample, of the tuned disk for None; all blades stiffer by ``nudge``."""
+def modes_of(reduced, sample):
+    """Modes of a mistuned sample."""
     n_blades = len(reduced.blade_stiffness)
-    deviation = np.zeros(n_blades)
-    if sample is not None:
-        deviation = stiffness_deviation(2020, 0, sample, n_blades, HALF_RANGE)
-    return mistuned_modes(reduced, deviation + nudge)
+    return mistuned_modes(reduced, stiffness_deviation(2020, 0, sample, n_blades, HALF_RANGE))
 
 
 def planar(n_modes=60, name="exact_modal"):

@@ -1,13 +1,12 @@
-"""Steps per second and core of disks that rub in three dimensions: against C and the limit, growth.
+"""Steps per second and core of a disk that rubs in three dimensions: against C and the limit.
 
 The disk is the blisk of `inputs/blisk`, with its contact points interpolated along the chord of the
-tip, and its modes cut off or continued above the highest by made-up ones of a small amplitude.
+tip, and its modes continued above the highest by made-up ones of a small amplitude.
 """
 
 import numpy as np
 
 from evidence.benchmarks.kernel_speed import Lanes, beside, run_c
-from evidence.page import table
 from hpcrub.config.schema import load_runs
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.setup.disks import modes_of
@@ -18,31 +17,29 @@ INPUT = "inputs/blisk/contact.yaml"
 SLOWEST, FASTEST = 211.0, 217.0  # [Hz] where the tips rub
 REVOLUTIONS = 20  # until they rub as they do most of the time: the casing has grown
 POINTS, MODES = 48, 250  # of the comparison
-GROWTH_POINTS, GROWTH_MODES = (12, 24, 48, 96, 192, 288), (60, 120, 250, 400, 600)
-FIXED_MODES = 600  # of the growth over the points: a Delassus operator needs more than points
 
 
-def blisk(n_points=POINTS, n_modes=MODES):
-    """Modes and Scene of the blisk with other numbers of contact points and modes."""
+def blisk():
+    """Modes and Scene of the blisk with POINTS contact points and MODES modes."""
     config = resolved(load_runs(INPUT)[0])
     problem = build_problem(config)
     rng = np.random.default_rng(1)
     modes = modes_of(config, problem, 0.02 * rng.uniform(-1.0, 1.0, config.disk.n_blades))
     face = problem.scene.interface
-    along = _chord(face, n_points // face.n_blades)
+    along = _chord(face, POINTS // face.n_blades)
     rows = {name: along @ getattr(modes, name) for name in ("normal", "tangential", "axial")}
-    n_extra = max(0, n_modes - len(modes.omega))
-    rows = {name: _continued(value, n_extra, rng)[:, :n_modes] for name, value in rows.items()}
+    n_extra = MODES - len(modes.omega)
+    rows = {name: _continued(value, n_extra, rng) for name, value in rows.items()}
     rise = np.linspace(1.01, 1.5, n_extra)
     modes = modes._replace(
-        omega=np.append(modes.omega, modes.omega[-1] * rise)[:n_modes],
-        observed=np.pad(modes.observed, ((0, 0), (0, n_extra)))[:, :n_modes],
-        stiffening=np.pad(modes.stiffening, ((0, 0), (0, n_extra)))[:, :n_modes],
-        shapes=np.eye(n_modes),
+        omega=np.append(modes.omega, modes.omega[-1] * rise),
+        observed=np.pad(modes.observed, ((0, 0), (0, n_extra))),
+        stiffening=np.pad(modes.stiffening, ((0, 0), (0, n_extra))),
+        shapes=np.eye(MODES),
         **rows,
     )
     face = face._replace(
-        blade=np.repeat(np.arange(face.n_blades), n_points // face.n_blades),
+        blade=np.repeat(np.arange(face.n_blades), POINTS // face.n_blades),
         **{name: along @ getattr(face, name)
            for name in ("angle", "radius", "axial_position", "clearance")},
         **rows,
@@ -53,7 +50,7 @@ def blisk(n_points=POINTS, n_modes=MODES):
 def _chord(face, n):
     """Matrix (N·n, C) that interpolates n points along the tip of each blade by a polynomial."""
     own = face.points_per_blade[0]
-    knots, places = np.linspace(0.0, 1.0, own), np.linspace(0.0, 1.0, n) if n > 1 else [0.5]
+    knots, places = np.linspace(0.0, 1.0, own), np.linspace(0.0, 1.0, n)
     weights = np.vander(places, own) @ np.linalg.inv(np.vander(knots, own))
     matrix = np.zeros((face.n_blades * n, len(face.blade)))
     for blade in range(face.n_blades):
@@ -73,7 +70,7 @@ def rubbing(modes, scene):
 
 
 def plain_c(lanes, speed=214.0, n_steps=20_000):
-    """``dense3d.c`` on the same disk: steps per second, largest |u_t| at the end [m], failures."""
+    """Steps per second of ``dense3d.c`` on the same disk."""
     modes, scene, grid = lanes.modes.at(speed), lanes.scene, lanes.grid
     h = 1.0 / (speed * grid.steps_per_revolution)
     decay, gain = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
@@ -93,8 +90,7 @@ def plain_c(lanes, speed=214.0, n_steps=20_000):
         bump,
     )
     scalars = h, scene.ramp_time, scene.friction
-    seconds, largest, failed = run_c("dense3d.c", sizes, scalars, arrays)
-    return n_steps / seconds, largest, failed
+    return n_steps / run_c("dense3d.c", sizes, scalars, arrays)[0]
 
 
 def needed_flops(n_modes, n_points, n_contacts):
@@ -108,30 +104,9 @@ def needed_flops(n_modes, n_points, n_contacts):
     return modal + penetrations + slip + correction + columns + multipliers
 
 
-def growth(name, sizes, model):
-    """Table: cost of a step and lane, contacts, memory and trials for every size."""
-    rows = []
-    for size in sizes:
-        lanes = rubbing(*model(size))
-        report, used = lanes.bank.state.report, 0
-        for group in lanes.bank:
-            used += sum(a.nbytes for a in group if isinstance(a, np.ndarray))
-        rows.append([size, f"{1e6 / lanes.rate(2):.2f}", f"{lanes.contacts(1, 12):.1f}",
-                     f"{used / 2**20:.1f}", report[0].max(),
-                     "no" if report[2].any() else "yes"])  # fmt: skip
-    heads = [name, "µs per step and lane", "points in contact", "MiB", "trials", "all forces found"]
-    return table(heads, rows)
-
-
 def section():
-    """Parts of the page: the comparison, and what grows with points and modes."""
+    """Parts of the page: hpcrub beside C and the machine's limit."""
     lanes = rubbing(*blisk())
     contacts = lanes.contacts(1, 40)
     flops = needed_flops(MODES, POINTS, contacts)
-    parts = beside(lanes, lambda lanes: plain_c(lanes)[0], flops, contacts,
-                   3, ["the same while recording"])  # fmt: skip
-    points = f"contact points, {FIXED_MODES} modes"
-    modes = f"modes, {POINTS} contact points"
-    parts["points"] = growth(points, GROWTH_POINTS, lambda n: blisk(n, FIXED_MODES))
-    parts["modes"] = growth(modes, GROWTH_MODES, lambda n: blisk(POINTS, n))
-    return parts
+    return beside(lanes, plain_c, flops, contacts, 3, ["the same while recording"])

@@ -1,5 +1,6 @@
 """Decks of the blisk, and its frequencies after the import beside those that CalculiX prints."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,18 @@ def model_of(folder: Path, name: str, lists: Lists, **others: dict) -> neutral.N
         n_contact = len(arrays["contact_node"])
         arrays["contact_blade"] = np.arange(n_contact) * BLISK.n_sectors // n_contact
     return neutral.from_arrays(arrays)
+
+
+def blade_alone() -> tuple[ccx.Mesh, Callable[[Path], neutral.NeutralModel]]:
+    """Mesh of one sector with the root of its blade, and what reads a deck of its blade alone."""
+    one = sector(BLISK)
+    rim = np.delete(one.elements, one.blade_elements, axis=0)
+    root = np.intersect1d(one.elements[one.blade_elements], rim)
+
+    def read(path):
+        return neutral.from_arrays(calculix.read(path, DISK) | {"units": UNITS})
+
+    return one._replace(sets=one.sets | {"root": root}), read
 
 
 def compare(folder: Path) -> list:

@@ -12,8 +12,18 @@ from pathlib import Path
 import hpcrub
 from evidence import pictures
 from evidence.page import DOCS
-from evidence.rotor67 import frequencies, model, numbers, page, response, sections, stress
+from evidence.rotor67 import (
+    bending,
+    frequencies,
+    model,
+    numbers,
+    page,
+    response,
+    sections,
+    stress,
+)
 from hpcrub.model.imported import neutral
+from hpcrub.model.imported.bending import onto
 from hpcrub.results import model_file
 
 MODEL = Path("inputs/rotor67/rotor67.h5")
@@ -57,9 +67,13 @@ def from_sections(path: Path, output: Path, folder: Path, figures: Path) -> tupl
     found += model.numbers(fan)
     sectors = model.matrices(fan, folder)
     found += stress.numbers(fan, sectors[model.DESIGN])
+    places = stress.places_of(fan, sectors[model.DESIGN])
     sectors[model.DESIGN] = stress.with_rows(fan, sectors[model.DESIGN])
     arrays = model.reduced(fan, sectors, model.blade_alone(fan, folder))
-    whole = model.with_second_order(neutral.from_arrays(arrays), fan, folder)
+    alone, bent = model.bent_blade(fan, folder)
+    whole = onto(neutral.from_arrays(arrays), alone, bent)
+    own = bending.blade_of(alone, bent, whole.contact_normal[: model.POINTS])
+    found += bending.numbers(fan, own, places, folder)
     model_file.write(output, neutral.to_arrays(whole), overwrite=True)
     model_file.write(folder / "sector.h5", neutral.to_arrays(sectors[model.DESIGN]), overwrite=True)
     axes = hpcrub.plot.model(folder / "sector.h5")

@@ -12,7 +12,8 @@ from evidence.rotor67 import reduction
 from evidence.rotor67 import sections as geometry
 from evidence.rotor67.numbers import Number
 from evidence.rotor67.sections import Sections
-from hpcrub.model.imported import bending, neutral
+from hpcrub.model.imported import neutral
+from hpcrub.model.imported.bent_blades import BentBlades
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.model.imported.neutral import polynomial
@@ -145,13 +146,13 @@ def blade_alone(fan: Fan, folder: Path) -> neutral.NeutralModel:
     return _model(reader.read(path, Lists("TIP")), fan.running)
 
 
-def with_second_order(model: neutral.NeutralModel, fan: Fan, folder: Path) -> neutral.NeutralModel:
-    """The reduced fan with the second order of its blades: of `blade_alone`, its root held."""
+def bent_blade(fan: Fan, folder: Path) -> tuple[neutral.NeutralModel, BentBlades]:
+    """The blade of `blade_alone` with its root held, and its second order."""
 
     def read(path):
         return _model(reader.read(path, Lists("TIP")), fan.running)
 
-    return bending.onto(model, *second_order.by_calculix(fan.running, read, folder))
+    return second_order.by_calculix(fan.running, read, folder)
 
 
 def reduced(fan: Fan, models: list, blade: neutral.NeutralModel) -> dict:

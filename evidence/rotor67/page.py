@@ -24,6 +24,10 @@ WEAR = {
 
 MESH = "frequency of the blade alone"
 TIP = "clearance of the tip, normal to the casing", "motion of the tip by rotation"
+BENT = tuple(
+    f"error of a bent blade's tip along the casing's normal, to {order} order"
+    for order in ("first", "second")
+)
 CONCLUSIONS = (
     "median of A_nl/A_lin", "share of A_nl above A_lin", "rank correlation of A_nl and A_lin",
 )  # fmt: skip
@@ -59,6 +63,8 @@ def write(found: dict) -> None:
         conclusions=_table(["of the fans", *levels],
                            [(n.quantity, _interval(n)) for n in _rows(found, *CONCLUSIONS)]),
         coated=_coated(found),
+        bent=_table(["bent", "first order [mm]", "second order [mm]"],
+                    [(n.at, f"{n.value:.3f}") for n in found.values() if n.quantity in BENT]),
         wear=_fans(found, WEAR),
     )  # fmt: skip
 

@@ -112,9 +112,8 @@ def with_rows(fan: Fan, sector: NeutralModel) -> NeutralModel:
     elements = fan.running.elements[fan.running.blade_elements]
     corner = np.unique(elements[:, :8])
     groups = 1e6 * operator(fan.running.nodes, elements, sector.dof)
-    moving, steady, at_largest = _of_mode(fan, sector)
-    left = (1.0 - steady / ULTIMATE) / moving
-    rows, places = [], [int(np.nanargmax(moving)), int(np.nanargmin(left))]
+    _, steady, at_largest = _of_mode(fan, sector)
+    rows, places = [], places_of(fan, sector)
     for place in places:
         first = 6 * int(np.searchsorted(corner, place))
         rows.append(tangent(groups[first : first + 6], at_largest[place]))
@@ -123,6 +122,13 @@ def with_rows(fan: Fan, sector: NeutralModel) -> NeutralModel:
         stress_blade=np.zeros(len(places), dtype=int),
         stress_static=1e6 * steady[places],
     )
+
+
+def places_of(fan: Fan, sector: NeutralModel) -> list[int]:
+    """Nodes of the mode's largest stress, and of the stress that fails first beside rotation."""
+    moving, steady, _ = _of_mode(fan, sector)
+    left = (1.0 - steady / ULTIMATE) / moving  # Goodman's line
+    return [int(np.nanargmax(moving)), int(np.nanargmin(left))]
 
 
 def _of_mode(fan, sector):

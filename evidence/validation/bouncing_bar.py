@@ -181,7 +181,7 @@ def section(folder):
             parts += [f"{what}:", report.order_table(("elements", meshes), size, columns)]
         verdicts += _verdicts(case, lumped, size, *(columns for _, columns in tables))
     _figure(folder, curves)
-    return {"errors": "\n\n".join(parts), "steps": _step_table()}, verdicts
+    return {"errors": "\n\n".join(parts)}, verdicts
 
 
 def _columns(rows):
@@ -204,21 +204,6 @@ def _verdicts(case, lumped, size, two, ten, losses):
         last = ten["displacement"][-1]
         verdicts.append(report.at_most(f"{case}, displacement over ten bounces", last, 0.1))
     return verdicts
-
-
-def _step_table():
-    ratios, columns = np.array([0.8, 0.4, 0.2, 0.1]), {}
-    for name in report.SCHEMES:
-        finest = bounce(80, name, critical_step(80) / 40.0, PERIOD)
-        off, apart = [], []
-        for ratio in ratios:
-            motion = bounce(80, name, ratio * critical_step(80), PERIOD)
-            off.append(errors(motion, PERIOD).displacement)
-            away = motion[1] - np.interp(motion[0], *finest[:2])
-            apart.append(np.sqrt(np.mean(away**2) / np.mean(finest[1] ** 2)))
-        columns[f"`{name}`, off exact"] = np.array(off)
-        columns[f"`{name}`, off smallest step"] = np.array(apart)
-    return report.order_table(("h / critical step", [f"{x:g}" for x in ratios]), ratios, columns)
 
 
 def _figure(folder, curves):

@@ -1,17 +1,12 @@
-"""A casing that gives and a coating that wears: the truths of these laws, and what was found.
-
-Every figure comes from a function here, which the tests call, too.
-"""
+"""A casing that gives and a coating that wears: what these laws are held against, by the tests."""
 
 import numpy as np
 
-from evidence.page import ROOT
 from evidence.truth.bars import Mass, Reference
 from evidence.truth.disk import reference_reduced, reference_scene
 from evidence.truth.energy import audit
 from evidence.truth.motion import Structure, make_bank, recorded, start_free, wall
 from evidence.validation import report
-from hpcrub.config.schema import load_runs
 from hpcrub.contact.bank import allocate
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.coating import Coating, ElasticCasing
@@ -22,9 +17,6 @@ from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
-from hpcrub.setup.disks import modes_of
-from hpcrub.setup.input_files import resolved
-from hpcrub.setup.problem import build_problem
 
 MASS = Mass(0.8, 15.0, 0.8 * (2.0 * np.pi * 150.0) ** 2)
 GAP, SPEED, DURATION = 1e-4, 2.0, 6e-3
@@ -50,10 +42,6 @@ LAWS = {
 OWN = 150.0  # frequency of the blade that cuts lobes [Hz]
 ORDERS = 2.85, 3.25, 3.75, 4.25, 4.75, 5.25, 5.65, 6.2, 6.65  # OWN over the speeds it runs at
 CUTS = Coating(5e-3, 1e8, 1e5, 2e7, 1e-4, 0.02)
-BLISK = {
-    "elastic": {"elastic_casing": ElasticCasing(2e6, 20.0)},
-    "coated": {"coating": Coating(1e-3, 1e9, 1e6, 2e8, 1.12e-4)},
-}
 
 
 def exact(coating, casing, duration=DURATION):
@@ -162,16 +150,6 @@ def reference_disk(**law):
     return modes, found, 34.25
 
 
-def blisk(**law):
-    """Modes, Scene and speed [Hz] of the blisk of the tutorial, with another law."""
-    file = ROOT / "inputs/blisk"
-    rigid, _ = load_runs(file / "coating.yaml", [f"disk.model={file / 'blisk.h5'}"])
-    config = resolved(rigid)
-    problem = build_problem(config)
-    modes = modes_of(config, problem, np.linspace(-0.02, 0.02, config.disk.n_blades))
-    return modes, problem.scene._replace(**law), 225.0
-
-
 def ledger(modes, found, speed, revolutions):
     """Energy of one disk at a speed [Hz], from rest; see `energy.audit`."""
     grid = cut_revolution(speed, found)
@@ -198,66 +176,3 @@ def lobes():
         size = np.abs(np.fft.rfft(u[turns] - u[turns].mean()))
         per_turn.append(size.argmax() / 20.0)
     return swept.lobes, np.array(per_turn), swept.amplitude, swept.depth
-
-
-def section(_folder):
-    """Parts of the page, and verdicts."""
-    energy, more = _energy()
-    cut, last = _lobes()
-    return {"energy": energy, "lobes": cut}, _truths() + more + last
-
-
-def _truths():
-    peaks = np.array([first_peak(name) for name in WALLS])
-    orders = np.array([motion_order(name) for name in WALLS])
-    *to_rigid, plain = limits()
-    books = [thrown_ledgers(coating) for coating in (HARD, None)]
-    open_ = max(found.unexplained()[0] for law in books for found in law)
-    lost = [[found.impact[:, 0].sum() / found.energy[0, 0] for found in law] for law in books]
-    smooth = [name != "damped" for name in WALLS]  # a damper's force begins with a jump
-    return [
-        report.at_most("one mass, peak", peaks[smooth, 0].max(), 1e-8),
-        report.at_most("one mass, peak before a damper", peaks[:, 0].max(), 3e-6),
-        report.at_most("one mass, worn depth", peaks[:, 1].max(), 2e-8),
-        report.Verdict("one mass, least order of the motion", orders[smooth].min(), 1.8, 2.5),
-        report.Verdict("one mass, order before a damper", orders.min(), 0.95, 1.05),
-        report.at_most("one mass, step's loss at 0.25 µs", np.abs(lost)[:, -1].max(), 1e-4),
-        report.at_most("slow incursion", incursion()[0], 1e-10),
-        report.at_most("one mass, unexplained energy", open_, 1e-9),
-        report.at_most("k, E and σ_Y → ∞, order in 1/k, off 1",
-                       np.abs(np.array(to_rigid) - 1.0).max(), 0.02),
-        report.at_most("σ_Y → ∞", plain, 1e-11),
-    ]  # fmt: skip
-
-
-def _energy():
-    names = ("casing", "friction", "groove", "damping", "impact", "elastic", "plastic", "dashpot")
-    head = ["", *names[:4], "step", *names[5:7], "damper", "stored", "unexplained"]
-    rows, verdicts = [], []
-    for kind, laws in ((reference_disk, LAWS), (blisk, BLISK)):
-        for name, law in laws.items():
-            books = ledger(*kind(**law), 4)
-            label = f"{kind.__name__.replace('_', ' ')}, {name}"
-            totals = [getattr(books, part).sum(axis=0)[0] for part in names]
-            totals.append(books.energy[-1, 0] - books.energy[0, 0])
-            open_ = books.unexplained()[0]
-            rows.append([label, *(f"{total:.4g}" for total in totals), f"{open_:.0e}"])
-            verdicts.append(report.at_most(f"{label}, unexplained energy", open_, 1e-9))
-    return report.table(head, rows), verdicts
-
-
-def _lobes():
-    found, per_turn, amplitude, depth = lobes()
-    grows = amplitude > 1e-3
-    rows = [
-        [f"{order:.2f}", f"{OWN / order:.1f}", f"{1e3 * amplitude[i]:.2f}", f"{1e3 * depth[i]:.2f}",
-         f"{per_turn[i]:.2f}" if grows[i] else "–", str(int(found[i]))]
-        for i, order in enumerate(ORDERS)
-    ]  # fmt: skip
-    head = ["f/Ω", "Ω [Hz]", "amplitude [mm]", "worn depth [mm]", "vibrations a turn", "lobes"]
-    turns = found[grows] / per_turn[grows]
-    verdicts = [
-        report.at_most("lobes over vibrations a turn, off 1", np.abs(turns - 1.0).max(), 1e-9),
-        report.Verdict("speeds with an interaction", grows.sum(), 5, 5),
-    ]
-    return report.table(head, rows), verdicts

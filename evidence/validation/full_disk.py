@@ -16,10 +16,9 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
 
 SPEEDS = np.array([33.25, 33.5, 34.0])  # Hz
-DAMPED, HALF, REFERENCE = 0.02, 0.01, 0.005  # damping ratios
+DAMPED, HALF = 0.02, 0.01  # damping ratios
 ALL = 216  # fixed-interface modes: no reduction
 KERNEL_STEP, STEPS = 2e-6, (2e-5, 1e-5, 5e-6)  # [s]
-LONG_STEPS = {60: 5e-6, ALL: 1e-5}  # [s]
 SETTLED, LONG = 0.8, 3.0  # [s]
 NUDGE, UNCHANGED, AGREE = 1e-12, 1e-4, 0.01  # of the stiffness; of amplitudes: periodic, agreed
 HALF_STEPS = 5e-6, 2.5e-6  # [s]
@@ -46,9 +45,9 @@ def _model(n_modes):
     return unreduced(earlier_disk()) if n_modes == ALL else earlier_reduced(n_modes)
 
 
-def _pair(n_modes, damping_ratio, seconds):
+def _pair(n_modes):
     """Kernel's amplitudes at SPEEDS and their relative change by a nudge, (S,) each."""
-    how = n_modes, damping_ratio, SPEEDS, seconds
+    how = n_modes, DAMPED, SPEEDS, SETTLED
     plain, nudged = (kernel_run(*how, nudge=nudge)[0] for nudge in (0.0, NUDGE))
     return plain, np.abs(nudged / plain - 1.0)
 
@@ -56,7 +55,7 @@ def _pair(n_modes, damping_ratio, seconds):
 def section(_folder):
     """Parts of the page, and verdicts."""
     parts, verdicts = {}, []
-    for make in (_damped, _reference, _half):
+    for make in (_damped, _half):
         parts[make.__name__.strip("_")], found = make()
         verdicts += found
     return parts, verdicts
@@ -67,7 +66,7 @@ def _damped():
     head += [*(f"{1e6 * h:g} µs" for h in STEPS), "difference"]
     rows, verdicts = [], []
     for n_modes in (60, ALL):
-        kernel, change = _pair(n_modes, DAMPED, SETTLED)
+        kernel, change = _pair(n_modes)
         how = _model(n_modes), DAMPED, Wall(), SPEEDS
         other = np.array([amplitudes(*how, h, SETTLED)[1] for h in STEPS])
         every = other / kernel - 1.0
@@ -83,24 +82,6 @@ def _damped():
             report.at_most(f"{what}, change by the perturbation", change.max(), UNCHANGED),
             report.at_most(f"{what}, difference of the programs", np.abs(off).max(), AGREE),
         ]
-    return report.table(head, rows), verdicts
-
-
-def _reference():
-    rows, verdicts = [], []
-    for n_modes in (60, ALL):
-        kernel, change = _pair(n_modes, REFERENCE, LONG)
-        how = _model(n_modes), REFERENCE, Wall(), SPEEDS[:2]
-        other = amplitudes(*how, LONG_STEPS[n_modes], LONG)
-        for s, speed in enumerate(SPEEDS[:2]):
-            off = other[1, s] / kernel[s] - 1.0
-            cells = [f"{1e3 * kernel[s]:.2f}", f"{change[s]:.0e}"]
-            cells += [" / ".join(f"{1e3 * a:.2f}" for a in other[:, s]), f"{100.0 * off:+.1f} %"]
-            rows.append([f"η = {n_modes}", f"{speed:g}", *cells])
-            if (n_modes, speed) == (60, 33.5):
-                what = "damping 0.5 %, η = 60, 33.5 Hz, difference of the programs"
-                verdicts.append(report.at_most(what, abs(off), AGREE))
-    head = ["matrices", "speed [Hz]", "kernel", "perturbed", "independent", "difference"]
     return report.table(head, rows), verdicts
 
 

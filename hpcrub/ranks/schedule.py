@@ -1,6 +1,6 @@
 """Assignment of tasks to ranks: the decisions of rank 0, without messages and without a clock.
 
-`dispatch` carries them out, and `evidence.scaling` simulates them with the same code.
+`dispatch` carries them out.
 
 - A rank that asks for work gets the next task. It asks when it begins the last task that it has, so
   that the answer is there in time: rank 0 may be computing itself.

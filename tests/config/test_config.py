@@ -1,12 +1,12 @@
 """Input files: what is read as what.
 
-Numbers follow YAML 1.2: 1e-6 is a number, `no` is not a boolean, 010 is ten. What is written by
-`to_yaml` is read back to the same configuration, bit by bit.
+Numbers follow YAML 1.2: 1e-6 is a number, `no` is not a boolean, 010 is ten. That what is written
+by `to_yaml` is read back bit by bit, test_fuzz shows.
 """
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -104,27 +104,6 @@ def test_effective_configuration_has_every_key():
     text = Config(casing=casing, aero={"influence": [{"blades": 0}]}).to_yaml()
     for key in key_table(Config):
         assert f"{key.path.rsplit('.', 1)[-1]}:" in text
-
-
-@settings(max_examples=60)
-@given(
-    clearance=st.floats(0, 1e4),
-    step=st.floats(1e-12, 1e-2, exclude_min=True),
-    levels=st.lists(st.floats(0, 100, exclude_max=True), min_size=1, max_size=5),
-    seed=st.integers(0, 2**63 - 1),
-    output=st.text(min_size=1, max_size=20).filter(lambda x: x.isprintable() and "." not in x),
-    stop=st.booleans(),
-)
-@example(0.1, 1e-6, [1.0], 0, "1e-6", True)
-@example(0.1, 1e-6, [1.0], 0, "null", True)
-@example(0.1, 1e-6, [1.0], 0, "- a: [b] # &c", True)
-def test_to_yaml_and_back_is_the_same(clearance, step, levels, seed, output, stop):
-    c = Config(
-        output=output, casing={"clearance_mm": clearance}, time={"step_s": step},
-        mistuning={"half_range_percent": levels, "seed": seed},
-        convergence={"stop_when_converged": stop},
-    )  # fmt: skip
-    assert read(c.to_yaml()) == c
 
 
 def test_load_names_the_output_after_the_input(tmp_path):

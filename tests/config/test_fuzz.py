@@ -69,6 +69,9 @@ def test_any_text(text):
 
 @settings(max_examples=100)
 @given(keys=st.dictionaries(PATHS, VALUES, max_size=4), unknown=st.text(max_size=5))
+@example({"output": "1e-6"}, "")
+@example({"output": "null"}, "")
+@example({"output": "- a: [b] # &c"}, "")
 def test_any_values(path, keys, unknown):
     keys = {"study": "modal"} | ({unknown: 1} if unknown else {}) | keys
     made = made_of(lambda: config.Config(**nested(keys)))
@@ -91,6 +94,10 @@ NUMBERS = {
     "disk.n_blades": st.integers(2, 200), "disk.blade.n_elements": st.integers(1, 50),
     "casing.n_bumps": st.integers(1, 1000), "mistuning.samples": st.integers(1, 10**12),
     "steady_state.window_revolutions": st.integers(1, 1000),
+    "mistuning.half_range_percent": st.lists(
+        st.floats(0, 100, exclude_max=True), min_size=1, max_size=5
+    ),
+    "mistuning.seed": st.integers(0, 2**63 - 1), "casing.clearance_mm": st.floats(0, 1e4),
 }  # fmt: skip
 KINDS = ["contact", "modal", "linear", "time_response", "interaction_map", "branches"]
 

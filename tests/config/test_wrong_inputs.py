@@ -73,12 +73,10 @@ WRONG = [
     ("study: interaction_map\ncasing: {growth_time_s: 0.8}", "the bumps still grow in the last"),
     ("limits: {stress_mpa: 100, static_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
     ("disk: {static_mpa: 3}", "disk.static_mpa: 3.0 is read from disk.model"),
-    ("disk: {n_stresses: 3}", "disk.n_stresses: 3 is read from disk.model"),
     ("limits: {stress_mpa: 100, strength_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
     ("limits: {static_mpa: 9, strength_mpa: 90}", "static_mpa: 9.0 goes with limits.stress_mpa"),
     ("limits: {stress_mpa: 9, static_mpa: 90, strength_mpa: 90}", "strength_mpa: 90 is not above"),
     ("aero: {influence: [{blades: '1'}]}", "aero.influence[0].blades: '1' is not a whole number"),
-    ("aero: {influence: [{blades: true}]}", "aero.influence[0].blades: true is not a whole number"),
     ("patterns: {types_percent: [2, 2]}", "patterns.types_percent: [2.0, 2.0] are not different"),
     ("study: rare\nmistuning: {half_range_percent: [0]}", "makes all disks of a rare study alike"),
     # YAML
@@ -96,7 +94,6 @@ WRONG = [
      "damping_bands_hz: 1 ends of bands given for 3 damping ratios"),
     ("material: {damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [10, 9]}",
      "damping_bands_hz: [10.0, 9.0] are not increasing"),
-    ("material: {damping_ratios: [0.1], damping_bands_hz: [9]}", "with material.damping_of: bands"),
     # distributions of the mistuning
     ("mistuning: {distribution: measured}", "'measured' goes with mistuning.measured_percent, w"),
     ("mistuning: {measured_percent: [1, 2]}", "goes with mistuning.distribution: measured, not un"),
@@ -109,7 +106,6 @@ WRONG = [
     ("convergence: {stop_when_converged: true}\npart: {samples: [0, 5]}",
      "part.samples: a part cannot know"),
     ("part: {samples: [3, 3]}", "part.samples: [3, 3] is no range of the 5000"),
-    ("part: {samples: [0, 5001]}", "part.samples: [0, 5001] is no range"),
     ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 values"),
     # clearances
     ("casing: {clearance_hz_mm: [[33, 0.3], [35, 0.2]]}", "from 33 to 35 Hz say nothing of all"),

@@ -7,24 +7,33 @@ is λ g_{n−1}/2 ≥ 0. A mass that hits a fixed wall loses m v²/2.
 import numpy as np
 import pytest
 
-from evidence.truth import energy
+from evidence.truth.disk import reference_reduced, reference_scene
 from evidence.truth.energy import audit
-from evidence.truth.motion import Structure, make_bank, recorded, start_free, wall
+from evidence.truth.motion import WIDTH, Structure, make_bank, start_free, wall
 from evidence.validation.coating import MILD, SOFT
-from evidence.validation.energy_audit import REVOLUTION, SPEEDS, bank_of
 from evidence.validation.report import SCHEMES
 from hpcrub.contact.bank import allocate
 from hpcrub.model.coating import ElasticCasing
+from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid
 from tests.contact.laws.test_coating import KINDS, rubbing
 
+SPEEDS = np.array([33.5, 34.25, 35.0])
+REVOLUTION = 3000  # steps of 10 µs
 N_STEPS = 2 * REVOLUTION // 4
 LANES = slice(0, len(SPEEDS))
 
 
+def bank_of(scheme, **changes):
+    """The reference disk at SPEEDS, one lane each, at rest; changes of the Scene."""
+    modes = mistuned_modes(reference_reduced(12), np.linspace(-0.03, 0.03, 12))
+    scene = reference_scene(12, scheme=scheme, **changes)
+    return allocate(modes, scene, Grid(REVOLUTION, 4, 1), WIDTH, SPEEDS)
+
+
 @pytest.mark.parametrize("name", SCHEMES)
 def test_audit_of_the_disk_closes_to_rounding(name):
-    books = audit(bank_of(name, n_modes=12), N_STEPS)
+    books = audit(bank_of(name), N_STEPS)
     assert (books.impact[:, LANES].sum(axis=0) > 1.0).all()  # J: contact did occur
     assert (books.friction[:, LANES].sum(axis=0) > 1.0).all()  # J: blades yield its way
     assert (books.unexplained()[LANES] < 1e-11).all()
@@ -33,15 +42,6 @@ def test_audit_of_the_disk_closes_to_rounding(name):
     assert (-books.negative.sum(axis=0) <= 1e-12 * books.turnover()).all()
     assert books.is_balanced().all()
     assert not books.energy[:, len(SPEEDS) :].any()  # idle lanes
-
-
-def test_impacts_that_give_energy_are_found():
-    """Half the compliance, double the force: a tip is thrown back, with a work that balances."""
-    bank = bank_of("exact_modal", n_modes=12)
-    bank.law.stiffness[:] *= 2.0
-    books = audit(bank, N_STEPS)
-    assert (books.unexplained()[LANES] < 1e-11).all()
-    assert not books.is_balanced()[LANES].any()
 
 
 @pytest.mark.parametrize("name", SCHEMES)
@@ -59,22 +59,10 @@ def test_a_mass_that_hits_a_wall_loses_its_kinetic_energy(name):
 
 def test_bumps_that_are_there_at_once_do_work_and_balance():
     """No ramp, no clearance: tips stand where the casing will be after the first step."""
-    bank = bank_of("exact_modal", n_modes=12, ramp_time=0.0, clearance=0.0)
+    bank = bank_of("exact_modal", ramp_time=0.0, clearance=0.0)
     books = audit(bank, N_STEPS)
     assert books.is_balanced().all()
     assert (books.casing[:, LANES].sum(axis=0) > 0.0).all()
-
-
-def test_energy_from_nowhere_is_found(monkeypatch):
-    """A speed that does not belong to the motion, as of a defect: the balance must not close."""
-
-    def wrong(*arguments):
-        for steps in recorded(*arguments):
-            steps.increment[:] *= 1.0 + 1e-6
-            yield steps
-
-    monkeypatch.setattr(energy, "recorded", wrong)
-    assert not audit(bank_of("exact_modal", n_modes=12), N_STEPS).is_balanced()[LANES].any()
 
 
 DISKS = {

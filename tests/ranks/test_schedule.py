@@ -1,25 +1,12 @@
-"""Who computes what next: nothing is lost, nobody waits for ever; the simulation and the log."""
+"""Who computes what next: nothing is lost, nobody waits for ever; the log."""
 
 import json
 
-import numpy as np
 import pytest
 
-from evidence.scaling import simulate
-from evidence.scaling.costs import Costs
 from hpcrub.ranks import runlog
 from hpcrub.ranks.schedule import Assignments, Tasks
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart
-
-
-def fake_costs(n=5, most=6):
-    """Costs of samples that take about a second, parts a bit more than their share."""
-    whole = np.linspace(0.8, 1.2, n)
-    parts = [{k: [seconds / k + 0.05] * k for k in range(2, most + 1)} for seconds in whole]
-    return Costs(whole, parts, whole / 10, 1e-3)
-
-
-MACHINE = simulate.Machine(receive=3e-5, send=1e-5, finish=2e-3)
 
 
 @pytest.mark.parametrize("together", [1, 8])
@@ -65,16 +52,6 @@ def test_last_tasks_go_to_ranks_that_have_none():
     assert assignments.done(1, 1) == [1]
     assignments.ask(1)
     assert list(assignments.answers()) == [(1, [3])]
-
-
-@pytest.mark.parametrize("n_ranks", [1, 2, 7, 40, 600, 2500])
-def test_simulated_ranks_never_wait_for_each_other_for_ever(n_ranks):
-    """More than a thousand ranks get several tasks at once: the tuned disk must come in first."""
-    n_samples = 12_000 if n_ranks > 1000 else 400
-    result = simulate.study(fake_costs(), MACHINE, n_ranks, n_samples)
-    assert result.useful == pytest.approx(1.0 * (n_samples + simulate.TUNED_RUNS), rel=0.05)
-    assert result.seconds >= result.useful / n_ranks
-    assert result.efficiency(n_ranks) < 1.0
 
 
 def runs(path):

@@ -6,15 +6,13 @@ from scipy.linalg import expm
 
 from evidence.truth import air, ring
 from evidence.truth.hexahedra import sector_arrays
-from evidence.truth.motion import WIDTH, recorded
 from hpcrub.config.schema import Config
-from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model import aero
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response, linear_peak
-from hpcrub.response.revolution import Grid, cut_revolution
+from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results import model_file
 from hpcrub.setup.input_files import resolved
@@ -145,51 +143,6 @@ def test_a_load_from_rest_gives_the_motion_of_one_system_to_second_order(reduced
     assert off[-1] < 1e-5 * size
     assert 3.8 < off[0] / off[1] < 4.2
     assert 3.8 < off[1] / off[2] < 4.2
-
-
-def over_a_step(A, Q, h):
-    """∫ e^{Aᵀt} Q e^{At} dt from 0 to h (Van Loan, IEEE Trans. Autom. Control 23, 1978)."""
-    n = len(A)
-    both = expm(h * np.block([[-A.T, Q], [np.zeros((n, n)), A]]))
-    return both[n:, n:].T @ both[:n, n:]
-
-
-def test_in_contact_all_energy_of_the_family_is_accounted_for(reduced, scene):
-    """What it stores: the work of the contact, less that of D, with that of the circulation K_o.
-
-    A contact force is an impulse at the beginning of a step: it works on the mean velocity before
-    and after. The works of D and K_o are ∫ x'ᵀ D x' dt and −∫ x'ᵀ K_o x dt until the step's end.
-    """
-    modes, h, n = disk(reduced), 2e-5, 3000
-    waves, none = modes.waves, np.zeros((N, N))
-    D, K = (part[np.ix_(waves.rows, waves.rows)] for part in matrices(modes, scene.damping_ratio))
-    even, odd = (K + K.T) / 2, (K - K.T) / 2
-    A = np.block([[none, np.eye(N)], [-K, -D]])
-    stored = np.block([[even, none], [none, np.eye(N)]]) / 2
-    lost = over_a_step(A, np.block([[none, none], [none, (D + D.T) / 2]]), h)
-    fed = over_a_step(A, np.block([[none, odd.T], [odd, none]]) / 2, h)
-    bank = allocate(modes, scene, Grid(n, scene.casing.n_bumps, n), WIDTH)
-    fill_lane(bank, 0, modes, scene, h)
-    (steps,) = recorded(bank, n, n)
-    parts = steps.position[:, len(modes.real) :, 0]
-    z = np.concatenate([np.zeros((1, N)), parts[:, ::2] + 1j * parts[:, 1::2]])
-    shapes = np.vstack([waves.right, waves.right * waves.eigenvalue])
-    motions = z[:-1], z[1:] * np.exp(-waves.eigenvalue * h), z[1:]
-    before, kicked, end = ((z @ shapes.T).real for z in motions)
-
-    def form(Q, x):
-        return np.einsum("ti,ij,tj->t", x, Q, x)
-
-    G = -(modes.normal + scene.friction * modes.tangential)[:, waves.rows]
-    impulse = h * steps.force[:, : len(G), 0] @ G
-    worked = form(stored, kicked) - form(stored, before)
-    taken, brought = form(lost, kicked), -form(fed, kicked)
-    gained = form(stored, end) - form(stored, before)
-    turnover = np.abs([worked, taken, brought]).sum()
-    assert np.abs(gained - (worked - taken + brought)).sum() < 1e-9 * turnover
-    by_force = np.sum(impulse * (before + kicked)[:, N:], axis=1) / 2
-    assert np.abs(worked - by_force).sum() < 1e-4 * turnover  # the step's second order
-    assert min(taken.sum(), -brought.sum()) > 0.04 * worked.sum()
 
 
 @pytest.mark.parametrize("kind", ["planar", "spatial"])

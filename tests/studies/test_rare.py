@@ -13,11 +13,7 @@ from hpcrub.config.schema import Config
 from hpcrub.studies import open_result, rare
 from tests.plot.drawn import lines
 from tests.program import TINY, contents, datasets, run_here
-from tests.studies.common import (
-    largest_amplitudes,
-    lines_of_progress,
-    refused_study,
-)
+from tests.studies.common import largest_amplitudes, lines_of_progress, refused_study
 
 N = 150
 STUDY = (

@@ -65,13 +65,6 @@ def test_resonances_are_as_wide_as_the_damping_of_their_modes(folder):
         assert "resonances are 10 % wide" in line
 
 
-def test_the_order_of_the_casing_meets_the_planar_disk_at_its_frequency_over_the_order(modal):
-    n_d = modal.config.casing.main_order
-    family = modal.read("reduced/frequencies_hz")[:12]
-    mine = family[modal.read("reduced/nodal_diameters")[:12] == n_d]
-    assert float(modal.read("crossing_hz")) == pytest.approx(mine.mean() / n_d, rel=1e-6)
-
-
 def test_shapes_are_scaled_and_clamped_at_the_spokes(modal):
     shapes = modal.read("shapes")
     assert np.hypot(shapes[..., 0], shapes[..., 1]).max(axis=1) == pytest.approx(1.0)

@@ -19,11 +19,7 @@ from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
 from hpcrub.studies.threshold import at_value, n_to_tell, values_of
 from tests.program import TINY, computed, datasets, load, refusal, run_here
-from tests.studies.common import (
-    largest_amplitudes,
-    lines_of_progress,
-    refused_study,
-)
+from tests.studies.common import largest_amplitudes, lines_of_progress, refused_study
 
 N = 60
 STUDY = (

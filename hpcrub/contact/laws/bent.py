@@ -159,17 +159,17 @@ class Bent(BentArrays):
             most = v.fma(ramp, bent.highest - bank.scheme.bump[step, i], depth)
             v.store(bent.slope, i, zero)
             if v.any_lane(most > 0.0):
-                read_casing(bank.scheme.bump, bent, i, step, len(lanes))
-                raised = v.fma(ramp, v.load(lanes, bent.raised, i), depth)
-                slope = ramp * v.load(lanes, bent.slope, i)
-                depth = v.select(most > 0.0, raised, depth)
-                v.store(bent.slope, i, v.select(most > 0.0, slope, zero))
+                v.store(bent.raised, i, most)
+                at = bent.along, bent.raised, bent.slope
+                read_casing(*at, bank.scheme.bump, step, i, bent.steps[i], len(lanes))
+                depth = v.fma(ramp, v.load(lanes, bent.raised, i), depth)
+                v.store(bent.slope, i, ramp * v.load(lanes, bent.slope, i))
             v.store(state.penetration, i, depth)
             deepest = v.larger(depth, deepest)
         return deepest
 
     @staticmethod
-    @compiled(inner=True)
+    @compiled(inline=True, inner=True)
     def see(lanes: tuple, law: Any, i: int) -> None:
         """Find the gradient of the penetration of a point (law is modified)."""
         bent = law.kinematics
@@ -186,7 +186,7 @@ class Bent(BentArrays):
             v.store(bent.seen, i * p + a, 0.0 - less)
 
     @staticmethod
-    @compiled(inner=True)
+    @compiled(inline=True, inner=True)
     def push(lanes: tuple, law: Any, j: int, along: np.ndarray, across: np.ndarray) -> None:
         """Find how a unit normal force on a point pushes the bent modes (law is modified).
 
@@ -207,7 +207,7 @@ class Bent(BentArrays):
             v.store(bent.pushed, j * p + a, 0.0 - less)
 
     @staticmethod
-    @compiled(inner=True)
+    @compiled(inline=True, inner=True)
     def compliance(
         lanes: tuple, law: Any, i: int, j: int, along: np.ndarray, across: np.ndarray
     ) -> np.ndarray:
@@ -244,7 +244,7 @@ class Bent(BentArrays):
         return total
 
     @staticmethod
-    @compiled(inner=True)
+    @compiled(inline=True, inner=True)
     def directed(lanes: tuple, state: State, law: Any, n: int) -> int:
         """Forces of the n listed points along their directions at rest (state is modified).
 
@@ -305,18 +305,24 @@ def total_of(lanes: tuple, bent: BentArrays, table: np.ndarray, row: int, blade:
 
 
 @compiled(inner=True)
-def read_casing(bump: np.ndarray, bent: BentArrays, i: int, step: int, n_lanes: int) -> None:
-    """Read how much higher the casing is at a displaced point, and its slope (bent, modified).
+def read_casing(
+    along: np.ndarray, raised: np.ndarray, slope: np.ndarray, bump: np.ndarray, step: int, i: int,
+    steps: float, n_lanes: int,
+) -> None:  # fmt: skip
+    """Read how much higher the casing is at a displaced point, and its slope (modified).
 
+    along: (C, L) tangential displacements [m]; raised: on entry positive in lanes that count.
     bump: heights at the steps of a block (P, C) [m], straight between them.
+    steps: time steps in which the disk turns by a metre at point i [1/m].
     """
     n_steps = bump.shape[0]
     for lane in range(n_lanes):
-        at = bent.along[i, lane] * bent.steps[i]
-        if not abs(at) < 1e9:  # a motion that diverges
-            at = 0.0
-        whole = int(np.floor(at))
-        here = bump[(step + whole) % n_steps, i]
-        rise = bump[(step + whole + 1) % n_steps, i] - here
-        bent.raised[i, lane] = here + (at - whole) * rise - bump[step, i]
-        bent.slope[i, lane] = rise * bent.steps[i]
+        at = along[i, lane] * steps
+        if raised[i, lane] > 0.0 and abs(at) < n_steps:  # not a motion that diverges
+            whole = int(np.floor(at))
+            here = bump[(step + whole) % n_steps, i]
+            rise = bump[(step + whole + 1) % n_steps, i] - here
+            raised[i, lane] = here + (at - whole) * rise - bump[step, i]
+            slope[i, lane] = rise * steps
+        else:
+            raised[i, lane] = 0.0

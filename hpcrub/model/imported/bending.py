@@ -16,12 +16,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.errors import InputError
+from hpcrub.model.imported import bent_blades
 from hpcrub.model.imported.assembly import PAIRING, assemble, turned
 from hpcrub.model.imported.bent_blades import MOST, BentBlades
 from hpcrub.model.imported.craig_bampton import factorised, lowest_modes
 from hpcrub.model.imported.frames import node_angle
 from hpcrub.model.imported.neutral import NeutralModel, contact_rows
 
+UNEQUAL = 0.05  # largest asymmetry, as a share of the largest entry: C3D8I of CalculiX has 0.03
 LIKE = 0.999  # smallest cosine between a bent shape and the blade's mode
 
 
@@ -51,10 +53,10 @@ def of_blade(blade: NeutralModel, shapes: Sequence[Bent]) -> BentBlades:
         force = _change(alone, shape, number) @ modes / (2.0 * eps)
         static.append(factor.solve(force)[rows])  # (directions, C, c)
         coupling.append(modes.T @ force)
-    C = np.stack(coupling, axis=1)  # (a, b, c)
+    C = bent_blades.coupled(np.stack(coupling, axis=1))
     moves = modes[rows].transpose(1, 0, 2)  # (C, directions, a)
     carried = np.einsum("kda,abc->kdbc", moves / squares, C)
-    tips = np.stack(static, axis=2).transpose(1, 0, 2, 3) - carried
+    tips = _symmetric(np.stack(static, axis=2).transpose(1, 0, 2, 3)) - carried
     missing = (0, 0), (0, 3 - len(rows)), (0, 0), (0, 0)  # of nodes that move in x and y alone
     return BentBlades(np.pad(tips, missing), C, np.pad(moves, missing[:3]))
 
@@ -101,6 +103,19 @@ def _amplitude(alone: Any, moved: Any, mode: Any, number: int) -> float:
             "proportion to the mode"
         )
     return float(told @ exact) / float(exact @ exact)
+
+
+def _symmetric(static: Any) -> Any:
+    """Shortening of the static displacements, made symmetric. Raises InputError."""
+    across = np.swapaxes(static, 2, 3)
+    apart = float(np.abs(static - across).max() / np.abs(static).max())
+    if not apart <= UNEQUAL:
+        raise InputError(
+            f"--second-order: the stiffness of one bent shape in another and the other way round "
+            f"differ by {100 * apart:.2g} %, at most {100 * UNEQUAL:g} % is allowed; are forwards "
+            "and backwards about plus and minus the displacements of the table, in its units?"
+        )
+    return (static + across) / 2.0
 
 
 def _change(alone: Any, shape: Any, number: int) -> Any:

@@ -3,6 +3,7 @@
 They are of one blade alone, its root held, and the same for all blades.
 """
 
+from itertools import permutations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,6 +73,11 @@ def taken(
 def stored(bent: BentBlades | None) -> dict[str, Any]:
     """Arrays of a model file, by name; the inverse of `taken` in SI units."""
     return {} if bent is None else {TIPS: bent.tips, BLADE: bent.coupling, MODES: bent.modes}
+
+
+def coupled(C: np.ndarray) -> np.ndarray:
+    """Mean of C (p, p, p) over the orders of its three modes."""
+    return np.mean([C.transpose(order) for order in permutations(range(3))], axis=0)
 
 
 def check(bent: BentBlades, radius: np.ndarray) -> float:

@@ -97,8 +97,7 @@ def _coupling(own: Any, omega: Any, radius: float) -> Any:
     square = np.cbrt(np.einsum("a,b,c->abc", *3 * [omega**2]))
     tip = np.sqrt((own.modes[:, :, 0] ** 2).sum(axis=1).mean())  # of a unit of the first mode
     share = own.coupling / square * (radius / tip)  # of w^2 u / R
-    orders = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (1, 0, 2), (2, 1, 0)]
-    mean = sum(own.coupling.transpose(order) for order in orders) / len(orders)
+    mean = bent_blades.coupled(own.coupling)
     apart = np.abs(own.coupling - mean) / square * (radius / tip)
     if apart.max() > UNEQUAL * max(np.abs(share).max(), 1.0):
         a, b, c = np.unravel_index(apart.argmax(), (p, p, p))
