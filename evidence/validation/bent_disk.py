@@ -15,9 +15,11 @@ from evidence.validation.bent_blade import ORDERS, errors, motions, wall_at
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
 from hpcrub.model.second_order_planar import planar_second_order
 
-HZ, PITCHES = 34.5, 4  # 29 ms
-SCALES = 0.25, 0.5, 1.0  # of bumps of 1.25 mm and a clearance of 0.25 mm
-BETTER = 2.5  # least ratio of the errors at first and second order
+# 14 ms; later, impacts that graze the casing, which steps find or miss, have a share in errors
+HZ, PITCHES = 34.5, 2
+# scale of bumps of 1.25 mm and a clearance of 0.25 mm: least ratio of the errors at first and
+# second order
+SCALES = {0.5: 8.0, 1.0: 6.0, 2.0: 3.0}
 
 
 def structures():
@@ -36,11 +38,11 @@ def section(_folder):
     """Parts of the page, and verdicts."""
     disk = structures()
     rows, verdicts = [], []
-    for scale in SCALES:
+    for scale, better in SCALES.items():
         peak, found = errors(motions(*disk, wall_at(scale, 0.01), HZ, PITCHES, DAMPING_RATIO))
         rows.append([f"{1e3 * peak:.1f}", *(f"{100 * e:.2f}" for e in found)])
         times = report.Verdict(
-            f"tips that move {1e3 * peak:.1f} mm, times better", found[0] / found[2], BETTER, np.inf
+            f"tips that move {1e3 * peak:.1f} mm, times better", found[0] / found[2], better, np.inf
         )
         verdicts.append(times)
     heads = ["tips move [mm]", *(f"{words} [%]" for words in ORDERS.values())]
