@@ -63,6 +63,7 @@ def planar_second_order(disk: Disk, basis: np.ndarray, section: Any, material: A
         coupling=coupling,
         omega=np.append(np.sqrt(values), np.inf),
         curvature=1.0 / disk.contact_radius,
+        motion=np.repeat(motions[-1:, 1, :-2], n_points, axis=0),
     )
 
 
