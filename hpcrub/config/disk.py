@@ -65,7 +65,7 @@ class Disk(Section):
     """of a contact node, beside the casing's own; of the model file, filled in when a run begins
     [mm]"""
 
-    second_order_per_m: tuple[Number, Number] | None = None
+    second_order_per_m: tuple[Number, ...] | None = Field(None, min_length=2, max_length=2)
     """what bending to second order does in the first mode: shift of a tip outwards over the square
     of its motion, and change of the blade over the motion; of the model file, filled in when a run
     begins; null: the file does not tell [1/m]"""

@@ -65,7 +65,7 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
     )
 
 
-def _third_order(largest: float, size: tuple[float, float] | None) -> Iterator[Finding]:
+def _third_order(largest: float, size: tuple[float, ...] | None) -> Iterator[Finding]:
     """Finding about what the second order leaves out in a motion of a size [m]."""
     left_out = (largest * size[1]) ** 2 if size else np.nan
     yield Finding(

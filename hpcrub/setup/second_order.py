@@ -31,7 +31,7 @@ def interface_of(config: Config, model: Any) -> Interface:
     return interface
 
 
-def size_of(config: Config) -> tuple[float, float] | None:
+def size_of(config: Config) -> tuple[float, ...] | None:
     """Shift and bend of `model.second_order.size_of` [1/m]; None: the model file tells none."""
     if config.disk.model is not None:
         return config.disk.second_order_per_m
