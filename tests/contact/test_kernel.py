@@ -300,7 +300,7 @@ def test_an_engine_order_excitation_loads_blades():
     """Twice the same contact points: each carries half the load of its blade, which moves alike."""
     reduced = craig_bampton(make_disk(n_blades=N_BLADES, blade={"n_elements": 3}), 0)
     one, speeds = reduced.interface, np.array([20.0, 21.0])
-    two = Interface(*(np.concatenate([values, values]) for values in one))
+    two = Interface(*(np.concatenate([values, values]) for values in one[:-1]))
     answers = [
         engine_order_response(
             mistuned_modes(reduced._replace(interface=points), DEVIATION),

@@ -1,5 +1,6 @@
 """What is found of a study, and what it makes of its verdict."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -92,14 +93,32 @@ def test_what_to_change_where_a_casing_runs_away(reason, words):
 def test_motions_outside_small_displacements_are_no_result(millimetres, weight):
     """Tips of 500 mm radius; u^2/2R of 5 mm is 0.025 mm where the casing reaches in by 1 mm.
 
-    √(R² + u²) − R of 70 mm is 4.9 mm outwards; a straight clamped blade of the default length is
-    shorter by 0.6 u²/l, so that not even the sign of the sum is that of u²/2R.
+    √(R² + u²) − R of 70 mm is 4.9 mm outwards. A straight clamped blade of the default length is
+    shorter by 0.6 w²/l, w = u/cos α, along its chord, which leans by α from the radius at the tip;
+    bow and mode leave a tenth. The sum is 2.7 mm inwards.
     """
     found = list(kinematics(Config(), millimetres / 1e3))
     assert [finding.severity for finding in found] == ([] if weight is None else [weight])
     if weight == SINGLE:
-        assert "outwards by u²/2R = 4.9 mm" in found[0].advice
-        assert "shorter, by about as much; the sum is not known" in found[0].advice
+        sine, length = 200.0 * np.sin(np.deg2rad(43.7)) / 500.0, 405.0
+        shorter = 0.6 * millimetres**2 / (length * np.sqrt(1.0 - sine**2))
+        inwards = float(re.search("inwards by (.*) mm, as the", found[0].advice)[1])
+        assert inwards == pytest.approx(shorter - millimetres**2 / 1000.0, rel=0.15)
+        assert "second_order computes with that" in found[0].advice
+
+
+def test_a_model_file_that_tells_no_second_order_leaves_the_sum_open():
+    disk = Config().disk.model_copy(update={"model": "fan.h5", "tip_radius_mm": 500.0})
+    (found,) = kinematics(Config().model_copy(update={"disk": disk}), 0.07)
+    assert "outwards by u²/2R = 4.9 mm, and a bent blade is shorter" in found.advice
+    assert "hpcrub import --second-order" in found.advice
+
+
+def test_motions_of_second_order_say_how_large_the_third_is():
+    bent = Config().replace({"contact.kinematics": "second_order"})
+    (far,), (near,) = (list(kinematics(bent, u)) for u in (0.09, 0.02))
+    assert (far.severity, near.severity) == (SINGLE, REMARK)
+    assert "20 mm are of second order" in near.advice
 
 
 def test_the_extremes_of_all_disks_are_known_by_no_number_of_samples():
