@@ -90,14 +90,14 @@ def _are_few(steps: Any, wanted: Any) -> Any:
 
 
 def _slope_warnings(config: Config) -> Iterator[str]:
-    """Warn of a casing whose slope tilts contact forces, which small displacements take as radial."""
+    """Warn of a casing whose slope tilts contact forces, radial ones at small displacements."""
     slope = config.casing.outline.slope / config.disk.tip_radius
     if slope > STEEP and not config.contact.bends:
         yield (
             f"steep casing: its slope of up to {slope:.2g} would add as much of a contact force to "
             f"the friction of {config.contact.friction:g} on a way up, and take it on a way down; "
-            "forces are radial here: compare with contact.friction higher and lower by that, or take "
-            "contact.kinematics: second_order"
+            "forces are radial here: compare with contact.friction higher and lower by that, "
+            "or take contact.kinematics: second_order"
         )
 
 
