@@ -5,8 +5,9 @@ With the amplitudes s of the bent modes of its blade, a contact point i penetrat
     p = u_n + ½ κ u_t² − ½ sᵀG_n s + b(θ + u_t/R) − clearance,
 
 where u_n is the normal displacement to first order, u_t the tangential one to second order, and κ
-the curvature of the casing along its circumference. Normal force and friction act along the gradient of p and along the displaced
-tangent. With t = κ u_t + b′/R, a force that pushes the point inwards by N has the parts
+the curvature of the casing along its circumference. Normal force and friction act along the
+gradient of p and along the displaced tangent. With t = κ u_t + b′/R, a force that pushes the point
+inwards by N has the parts
 
     N (1 − μ t cos β),    N (t + μ cos β),    N μ sin β
 
@@ -18,6 +19,7 @@ points of two blades the motion of the first along its normal at rest.
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, State
@@ -26,6 +28,8 @@ from hpcrub.contact.laws.small import list_directions, row_of_pair
 from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.tables import columns
 from hpcrub.model.reduction import Rows
+
+REACH = 0.1  # angle of a displacement up to which the casing's crests nearby are known [rad]
 
 
 class BentArrays(NamedTuple):
@@ -52,13 +56,16 @@ class BentArrays(NamedTuple):
     place: np.ndarray  # place of every point on its blade (C,) int
     n_places: int  # P, most points of a blade
     shortening: np.ndarray  # G_n, G_t, G_a of every point (C, 3·p·p) [1/(m·kg)]
-    # what each product adds to the normal and tangential displacement of a point (C, 2·M) [1/(m·kg)]
+    # what each product adds to normal and tangential displacements of a point (C, 2·M) [1/(m·kg)]
     displacement: np.ndarray
     coupling: np.ndarray  # force of each product on every bent mode (p, M) [1/(m·√kg·s²)]
     observed: np.ndarray  # what each product adds to an observed displacement (O, M) [1/(m·kg)]
     observed_blade: np.ndarray  # blade of every observed displacement (O,) int
     curvature: np.ndarray  # κ (C,) [1/m]
     steps: np.ndarray  # time steps in which the disk turns by a metre at the point (C,) [1/m]
+    # largest height of the casing at most ``reach`` steps from every step, like `Scheme.bump`
+    crest: np.ndarray
+    reach: int
     highest: float  # largest height of the casing [m]
 
 
@@ -92,7 +99,10 @@ class Bent(BentArrays):
         # blades of the cyclic basis, whose points are known to correspond, share one table
         table = interface.blade if len(rows.points) == 1 else np.zeros(n, dtype=np.int64)
         size = counts.max() ** 2 * (2 + p) * (3 + p)
-        way = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
+        n_steps = grid.steps_per_revolution
+        bump = scene.casing.table(interface.angle, n_steps, grid.steps_per_block)
+        reach = min(int(REACH * n_steps / (2.0 * np.pi)), grid.steps_per_block // 2)
+        way = interface.radius * 2.0 * np.pi / n_steps
         return cls(
             **v.lane_arrays(
                 width, along=C, bent=columns(rows.bent).shape[1],
@@ -111,6 +121,8 @@ class Bent(BentArrays):
             observed_blade=interface.observed_blade,
             curvature=np.pad(second.curvature, padding),
             steps=np.pad(1.0 / way, padding),
+            crest=columns(maximum_filter1d(bump, 2 * reach + 1, axis=0, mode="wrap").T),
+            reach=reach,
             highest=scene.casing.highest,
         )  # fmt: skip
 
@@ -147,6 +159,7 @@ class Bent(BentArrays):
         multiply(lanes, bent, state)
         n_products, deepest = bent.coupling.shape[1], v.splat(lanes, -np.inf)
         ramp, zero = v.load(lanes, state.ramp, 0), v.splat(lanes, 0.0)
+        highest, reach = v.splat(lanes, bent.highest), v.splat(lanes, float(bent.reach))
         for i in law.points:
             first = law.blade[i] * n_products
             depth, u = v.load(lanes, state.penetration, i), v.load(lanes, bent.along, i)
@@ -156,7 +169,9 @@ class Bent(BentArrays):
                 u = v.fma(product, bent.displacement[i, n_products + m], u)
             v.store(bent.along, i, u)
             depth = v.fma(0.5 * bent.curvature[i] * u, u, depth)
-            most = v.fma(ramp, bent.highest - bank.scheme.bump[step, i], depth)
+            is_close = v.magnitude(u) * bent.steps[i] < reach
+            crest = v.select(is_close, bent.crest[step, i], highest)
+            most = v.fma(ramp, crest - bank.scheme.bump[step, i], depth)
             v.store(bent.slope, i, zero)
             if v.any_lane(most > 0.0):
                 v.store(bent.raised, i, most)

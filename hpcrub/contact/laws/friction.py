@@ -44,7 +44,7 @@ def slip(lanes: tuple, state: State, law: SolidArrays, first: int) -> None:
     here, there = v.indices(PAIR, law.fresh, first)
     points = state.active[here], state.active[there]
     along = across = v.tile_splat(PAIR, v.splat(lanes, 0.0))
-    for k in range(state.increment_before.shape[0]):
+    for k in range(law.axial.shape[0]):
         moved = v.load(lanes, state.increment_before, k)
         along = v.tile_add(along, law.tangential, k, points, moved)
         across = v.tile_add(across, law.axial, k, points, moved)

@@ -127,7 +127,7 @@ class Solid(SurfaceLaw, SolidArrays):
             way=way,
             friction=scene.friction,
             tangential=np.asfortranarray(columns(rows.tangential)),
-            axial=np.asfortranarray(axial),
+            axial=np.asfortranarray(axial[: len(axial) * rows.axial.any()]),
             groups=np.zeros(len(starts), dtype=np.int64),
             turned=np.zeros(n_points, dtype=np.int64),
             fresh=np.zeros(n_points + 1, dtype=np.int64),

@@ -23,7 +23,7 @@ class SolidArrays(NamedTuple):
     way: np.ndarray  # way of a point along the casing in a step by rotation, R 2π/n (C,) [m]
     friction: float  # coefficient of friction [-]
     tangential: np.ndarray  # T (K, C) [1/√kg]
-    axial: np.ndarray  # A (K, C) [1/√kg]
+    axial: np.ndarray  # A (K, C) [1/√kg]; (0, C) of planar disks, where friction never turns
     # normal motion by force d of the point in place j of a blade, of that in place i, s blades on:
     # row 3·((s·P + j)·P + i) + d (3·N·P·P, L). In the dense basis all points are of one blade.
     compliance: np.ndarray

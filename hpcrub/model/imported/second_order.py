@@ -40,7 +40,7 @@ def second_order(model: NeutralModel) -> SecondOrder | None:
     radial, tangential, axial = np.moveaxis(own.tips, 1, 0)
     turned = outward * radial + along * axial, tangential, outward * axial - along * radial
     return SecondOrder(
-        participation=_signs(model, omega)[:, :, None] * model.participation[:, :p],
+        participation=_signs(model, p)[:, :, None] * model.participation[:, :p],
         shortening=np.stack(turned, axis=1),
         observed=tangential,
         coupling=_coupling(own, omega, float(radius.max())),
@@ -49,24 +49,27 @@ def second_order(model: NeutralModel) -> SecondOrder | None:
     )
 
 
-def _signs(model: Any, omega: Any) -> Any:
+def _signs(model: Any, p: int) -> Any:
     """Signs (N, p) that turn the modes of every blade into those of the file's second order.
 
-    The load whose work is the amplitude of mode a, held against the disk's stiffness, bends the
-    blade into mode a over its frequency's square, and nothing else: u = K^-1 P^T = mode / w^2.
+    Of all motions in which one amplitude of the bent modes is one and all others are zero, that of
+    least energy is the mode of one blade alone: K^-1 P^T (P K^-1 P^T)^-1.
     """
-    p = len(omega)
     loads = model.participation[:, :p].reshape(-1, len(model.dof)).T
     try:
         moved = cho_solve(cho_factor(model.stiffness[0]), loads)
+        moved = cho_solve(cho_factor(loads.T @ moved), moved.T).T
     except np.linalg.LinAlgError:
-        raise InputError("K: the stiffness is not positive definite") from None
+        raise InputError(
+            "K, blade_participation: the disk is not held, or the modes of its blades are not "
+            "independent"
+        ) from None
     rows = contact_rows(model)
     directions = len(rows)
     signs = np.zeros((model.n_blades, p))
     for blade in range(model.n_blades):
         mine = model.contact_blade == blade
-        found = moved[rows[:, mine]][..., blade * p : (blade + 1) * p] * omega**2
+        found = moved[rows[:, mine]][..., blade * p : (blade + 1) * p]
         told = model.bent.modes[mine, :directions].transpose(1, 0, 2)
         size, other = (np.sqrt((a**2).sum(axis=(0, 1))) for a in (told, found))
         cosine = (told * found).sum(axis=(0, 1)) / np.maximum(size * other, 1e-300)

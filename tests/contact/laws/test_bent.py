@@ -117,17 +117,3 @@ def test_the_plain_python_twin_takes_the_same_steps(tmp_path):
         compiled = integrated(*spatial(is_cyclic), 80.0, 400)
         assert np.abs(compiled).max() > 1e-5
         np.testing.assert_allclose(twin, compiled, rtol=0.0, atol=1e-9 * np.abs(compiled).max())
-
-
-def energies(is_cyclic, h_per_turn):
-    """Energy of disk and casing after every step, its cubic part, and that of the casing [J].
-
-    The casing is round and gives; neither damps, and nothing rubs.
-    """
-    modes, scene = spatial(is_cyclic)
-    own = own_modes(modes) if is_cyclic else modes
-    give = ElasticCasing(2e6, 0.0)
-    scene = scene._replace(
-        friction=0.0, damping_ratio=0.0, elastic_casing=give, casing=CasingShape(2, 1e-15)
-    )
-    return modes, own, scene, h_per_turn

@@ -184,6 +184,17 @@ def test_amplitudes_of_all_blades_are_those_of_the_modes_of_the_file(fan, blisk)
             assert np.abs(np.delete(amplitude.ravel(), P * blade + mode)).max() < 0.1
 
 
+def test_signs_do_not_depend_on_what_stiffens_the_disk(fan):
+    """Modes of blades at rest, and the stiffness of a disk at one speed: the same signs."""
+    small = fan[1]
+    spun = small._replace(stiffness=(small.stiffness[0] + 4e6 * small.mass,))
+    told, other = second_order(small), second_order(spun)
+    np.testing.assert_array_equal(told.participation, other.participation)
+    flipped = small.bent._replace(modes=-small.bent.modes)
+    turned = second_order(small._replace(bent=flipped))
+    np.testing.assert_array_equal(turned.participation, -told.participation)
+
+
 def test_units_and_sense_of_rotation_change_numbers_and_not_the_blade(blisk, fan):
     """Radial parts stay, tangential and axial ones turn round with the axes; C has none."""
     length, mass = 1e3, 1e-3  # of a model in mm, t
