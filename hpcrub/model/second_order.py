@@ -35,3 +35,6 @@ class SecondOrder(NamedTuple):
     # (p,) angular frequencies of the bent modes [rad/s]; inf of a turn of the root, an angle as s
     omega: np.ndarray
     curvature: np.ndarray  # (C,) of the casing along its circumference at the points, cos α/R [1/m]
+    # (p, p, p, p) D, symmetric in all four [1/(m²·kg·s²)]: the force −⅙ Σ D_abcd s_b s_c s_d on
+    # bent mode a is of third order; but without it C softens a bowed blade by more than damping hides
+    quartic: np.ndarray = np.zeros((0, 0, 0, 0))
