@@ -277,17 +277,21 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
             f"{static if len(model.stress_static) else ''}"
         )
     if model.bent is not None:
-        radius = np.hypot(*model.nodes[model.contact_node, :2].T)
-        share = 1e2 * bent_blades.check(model.bent, radius) / (2e3 * radius.mean())
-        yield (
-            f"second order: of {counted(model.bent.modes.shape[2], 'bent mode')}; a motion of the "
-            f"tips by 10 mm in the first one shortens a blade by {share:.3g} mm"
-        )
+        yield _of_bent_blades(model)
     yield from _rotation(model, options)
     if options.speed_hz and len(model.stiffness) == 1:
         yield "centrifugal stiffening: none, the stiffness is that of one speed"
     if getattr(options, "stiffness", None):
         yield from _between_speeds(model)
+
+
+def _of_bent_blades(model: Any) -> str:
+    radius = np.hypot(*model.nodes[model.contact_node, :2].T)
+    share = 1e2 * bent_blades.check(model.bent, radius) / (2e3 * radius.mean())
+    return (
+        f"second order: of {counted(model.bent.modes.shape[2], 'bent mode')}; a motion of the tips "
+        f"by 10 mm in the first one shortens a blade by {share:.3g} mm"
+    )
 
 
 def _of_tips(model: Any, options: Any) -> str:

@@ -27,8 +27,27 @@ def multipliers(rows: Rows, blades: Blades) -> tuple[np.ndarray, np.ndarray]:
 def tables_of(rows: Rows, blades: Blades) -> dict[str, np.ndarray]:
     """Arrays of one blade that all lanes share, and where the modes of each h begin and end."""
     n_blades, h = len(blades.points), np.arange(len(blades.points) // 2 + 2)
-    n_rows, n_bent = len(rows.diameters), len(rows.bent) // n_blades
-    shape = n_blades, -1, n_rows
+    real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
+    begins = np.searchsorted(real, h)
+    moved = np.abs(rows.blade[:, : len(real)]).max(axis=0, initial=0.0) > 0.0
+    last = [np.flatnonzero(moved[a:b]).max(initial=-1) + 1 for a, b in itertools.pairwise(begins)]
+    angle = 2.0 * np.pi / n_blades * np.outer(h[:-1], h[:-1])
+    sine = np.sin(angle) * (2 * h[:-1] < n_blades) * (h[:-1] > 0)[:, None]
+    return {
+        **_of_one_blade(rows, blades),
+        "cosine": columns(np.cos(angle).T),
+        "sine": columns(sine.T),
+        "begins": begins,
+        # whole tiles of modes, as far as there are modes
+        "ends": np.minimum(begins[:-1] + -(-np.array(last) // TILE) * TILE, begins[1:]),
+        "waves": len(real) + np.searchsorted(waves, h),
+    }
+
+
+def _of_one_blade(rows: Rows, blades: Blades) -> dict[str, np.ndarray]:
+    """Tables of E, then O, and the bent modes of a blade by its modes."""
+    n_blades, n_rows = len(blades.points), len(rows.diameters)
+    n_bent, shape = len(rows.bent) // n_blades, (n_blades, -1, n_rows)
     forces = [force[blades.points] for force in rows.forces]
     forces.append(rows.bent_forces.reshape(n_blades, n_bent, n_rows))
     normal, tangential, observed, blade, push, load = (
@@ -42,28 +61,13 @@ def tables_of(rows: Rows, blades: Blades) -> dict[str, np.ndarray]:
             np.concatenate(forces, axis=1),
         )
     )
-    if n_bent:
-        normal = np.concatenate([normal, tangential])
     # bent modes are of the blade's stiffness, and so sums of its modes
     mine = rows.blade[: blades.modes.shape[1]]
-    bent = np.linalg.lstsq(mine.T, rows.bent[:n_bent].T)[0].T
-    real, waves, _ = np.split(rows.diameters, np.cumsum(rows.counts)[:-1])
-    begins = np.searchsorted(real, h)
-    moved = np.abs(rows.blade[:, : len(real)]).max(axis=0, initial=0.0) > 0.0
-    last = [np.flatnonzero(moved[a:b]).max(initial=-1) + 1 for a, b in itertools.pairwise(begins)]
-    angle = 2.0 * np.pi / n_blades * np.outer(h[:-1], h[:-1])
-    sine = np.sin(angle) * (2 * h[:-1] < n_blades) * (h[:-1] > 0)[:, None]
     return {
-        "bent": bent,
-        "normal": columns(normal),
+        "bent": np.linalg.lstsq(mine.T, rows.bent[:n_bent].T)[0].T,
+        "normal": columns(np.concatenate([normal, tangential]) if n_bent else normal),
         "observed": columns(observed),
         "blade": columns(blade),
         "push": np.pad(push, ((0, 0), (0, TILE))),
         "load": np.pad(-load, ((0, 0), (0, TILE))),
-        "cosine": columns(np.cos(angle).T),
-        "sine": columns(sine.T),
-        "begins": begins,
-        # whole tiles of modes, as far as there are modes
-        "ends": np.minimum(begins[:-1] + -(-np.array(last) // TILE) * TILE, begins[1:]),
-        "waves": len(real) + np.searchsorted(waves, h),
     }

@@ -13,7 +13,7 @@ NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED = range(5)  # status of a point
 
 # reasons; only the stress tests, which audit the energy of every run, give BALANCE
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
-PERMANENT, FLUTTER, REVERSED, RUNAWAY, GROWING, NOT_FED = 8, 9, 10, 11, 12, 13
+PERMANENT, FLUTTER, REVERSED, RUNAWAY, GROWING, NOT_FED, BENT = 8, 9, 10, 11, 12, 13, 14
 WORDS = (
     "none",
     "diverged: a displacement is not finite",
@@ -29,6 +29,7 @@ WORDS = (
     "diverged: a wave of the casing grows without bound",
     "still growing: the motion will change into another one",
     "diverged: a wave of the casing grows that is faster than the rotor, by friction or the step",
+    "no result: blades bend further than an expansion to second order can tell",
 )
 # meaning of the codes in result files
 POINT_STATUS = (
@@ -39,6 +40,7 @@ POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(WORDS))
 OF_CASING = RUNAWAY, NOT_FED  # reasons with a wave of the casing that grows
 FATAL = (
     NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER, *OF_CASING,
+    BENT,
 )  # fmt: skip
 
 

@@ -38,28 +38,21 @@ def planar_second_order(disk: Disk, basis: np.ndarray, section: Any, material: A
     K = disk.blade_stiffness[0][_ROOT:]
     mass = disk.mass[np.ix_(blade[_ROOT:], blade[_ROOT:])]
     values, modes = eigh(K[:, _ROOT:], mass, subset_by_index=[0, N_BENT - 1])
+    of_blade = np.vstack([modes.T @ K / values[:, None], np.zeros(len(blade))])
+    of_blade[-1, :_ROOT] = 0.0, -1.0, 1.0 / section.hub_radius  # the ring turns the root
 
-    tip = np.eye(len(K))[:, -3:-1]  # forces along u_r and u_t
-    seen = modes[-3:-1].T / values[:, None]  # (p, 2)
-    static = np.linalg.solve(K[:, _ROOT:], tip) - modes @ seen
     nodes = disk.points.position[disk.points.blades[0]]  # in the frame of the first blade's tip
     bent = np.zeros((len(nodes), 3, N_BENT + 1))
     bent[1:, :, :N_BENT] = modes.reshape(-1, 3, N_BENT)
     bent[..., N_BENT] = _turn_about_root(nodes)
-    others = np.zeros((len(nodes), 3, 2 + len(K)))  # under the forces, and every dof alone
-    others[1:] = np.hstack([static, np.eye(len(K))]).reshape(-1, 3, 2 + len(K))
     thickness, E = section.blade.thickness, material.young_modulus
     beam = elements.rectangular_beam(section.width, thickness, E, material.density)
-    third = third_derivative(nodes, beam, bent, bent, others)
-    radial, tangential = np.moveaxis(third[..., :2], -1, 0)
-    push = third[..., 2:]
-    yielding = np.linalg.solve(K[:, _ROOT:], push[..., None])[..., 0]
-    yielding -= (push @ modes / values) @ modes.T
+    flexibility = np.linalg.inv(K[:, _ROOT:]) - modes / values @ modes.T  # beside the bent modes
+    push = _forces_of_pairs(nodes, beam, bent)
+    radial, tangential = np.moveaxis(push @ flexibility[:, -3:-1], -1, 0)
 
     n_points = len(disk.contact_radius)
     shortening = np.array([radial, tangential, np.zeros_like(radial)])
-    of_blade = np.vstack([modes.T @ K / values[:, None], np.zeros(len(blade))])
-    of_blade[-1, :_ROOT] = 0.0, -1.0, 1.0 / section.hub_radius  # the ring turns the root
     return SecondOrder(
         participation=of_blade @ basis[disk.blade_dof],
         shortening=np.repeat(shortening[None], n_points, axis=0),
@@ -67,8 +60,17 @@ def planar_second_order(disk: Disk, basis: np.ndarray, section: Any, material: A
         coupling=third_derivative(nodes, beam, bent, bent, bent),
         omega=np.append(np.sqrt(values), np.inf),
         curvature=1.0 / disk.contact_radius,
-        quartic=relaxed(fourth_derivative(nodes, beam, bent), push, yielding),
+        motion=np.repeat(bent[-1:, 1], n_points, axis=0),
+        quartic=relaxed(fourth_derivative(nodes, beam, bent), push, flexibility),
     )
+
+
+def _forces_of_pairs(nodes: Any, beam: Any, bent: Any) -> Any:
+    """V₃ of two bent modes and every dof beyond the root (p, p, n): forces on these."""
+    n = 3 * (len(nodes) - 1)
+    alone = np.zeros((len(nodes), 3, n))
+    alone[1:] = np.eye(n).reshape(-1, 3, n)
+    return third_derivative(nodes, beam, bent, bent, alone)
 
 
 def _turn_about_root(nodes: Any) -> Any:
@@ -116,11 +118,11 @@ def fourth_derivative(nodes: np.ndarray, beam: elements.Beam, motions: np.ndarra
     return np.sum([np.transpose(product, order) for order in orders], axis=0)
 
 
-def relaxed(fourth: np.ndarray, push: np.ndarray, yielding: np.ndarray) -> np.ndarray:
+def relaxed(fourth: np.ndarray, push: np.ndarray, flexibility: np.ndarray) -> np.ndarray:
     """Fourth derivative (p, p, p, p) of the energy of bent modes, all other motion at its least.
 
-    fourth: V₄ of the bent modes; push: V₃ φ_a φ_b, a force on every dof (p, p, n) and, yielding,
-    what it displaces beside the bent modes (p, p, n).
+    fourth: V₄ of the bent modes; push: V₃ φ_a φ_b, a force on every dof (p, p, n); flexibility:
+    displacements by forces, beside the bent modes (n, n).
     """
-    pairs = np.einsum("abi,cdi->abcd", push, yielding)
+    pairs = np.einsum("abi,cdi->abcd", push, push @ flexibility)
     return fourth - pairs - pairs.transpose(0, 2, 1, 3) - pairs.transpose(0, 3, 2, 1)

@@ -11,6 +11,7 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
 from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding
+from hpcrub.setup import second_order
 from hpcrub.setup.aero import curve_of
 from hpcrub.statistics.percentiles import Z_95, confidence
 
@@ -19,6 +20,7 @@ DOUBTFUL = "not resolved", "flutter without contact", "steep casing"
 FAR = 0.2  # of the tip radius: larger displacements are beyond a linear model of blades
 TIME_KEY = "steady_state.max_time_s"  # of the longest time of a motion, but for histories
 BEYOND = "count as beyond the limit"  # meaning of a disk without a result
+THIRD = 0.1  # largest third order of a displacement over the displacement
 SMALL = 0.1  # of the casing's reach: largest radial error by small displacements
 
 
@@ -40,17 +42,38 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
             "linear model of the blades can describe: more clearance, damping or a lower casing",
         )
         return
-    reach = config.casing.outline.highest - config.clearance
-    left_out = largest**2 / (2.0 * radius)
-    if config.disk.model is None and reach > 0.0 and left_out > SMALL * reach:
-        yield Finding(
-            SINGLE,
-            "large displacements",
-            f"small displacements leave out that a tip leaves its circle, outwards by u²/2R = "
-            f"{1e3 * left_out:.2g} mm, {left_out / reach:.2g} times as much as the casing reaches "
-            "into the tips' path, and that a bent blade is shorter, by about as much; the sum is "
-            "not known: compare disks by ratios, and sign no millimetres or MPa",
-        )
+    reach, size = config.casing.outline.highest - config.clearance, second_order.size_of(config)
+    if config.contact.bends:
+        yield from _third_order(largest, size)
+        return
+    shift = largest**2 * (size[0] if size else 0.5 / radius)
+    if reach <= 0.0 or abs(shift) < SMALL * reach:
+        return
+    way = "outwards" if shift > 0.0 else "inwards"
+    known = f"a tip off its circle stands {way} by {1e3 * abs(shift):.2g} mm, as the blade is bent"
+    change = "contact.kinematics: second_order computes with that; without it"
+    if size is None:
+        known = f"a tip leaves its circle, {way} by u²/2R = {1e3 * shift:.2g} mm, and a bent blade "
+        known += "is shorter, by as much or more"
+        change = "the model file does not tell how its blades bend (hpcrub import --second-order)"
+    yield Finding(
+        SINGLE,
+        "large displacements",
+        f"small displacements leave out that {known}: {abs(shift) / reach:.2g} times as much as "
+        f"the casing reaches into the tips' path; {change}: compare disks by ratios, and sign no "
+        "millimetres or MPa",
+    )
+
+
+def _third_order(largest: float, size: tuple[float, ...] | None) -> Iterator[Finding]:
+    """Finding about what the second order leaves out in a motion of a size [m]."""
+    left_out = (largest * size[1]) ** 2 if size else np.nan
+    yield Finding(
+        SINGLE if left_out > THIRD else REMARK,
+        "large displacements",
+        f"displacements of {1e3 * largest:.3g} mm are of second order; the third would change them "
+        f"by {100.0 * left_out:.1g} % or so",
+    )
 
 
 def points_without_result(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:

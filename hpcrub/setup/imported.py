@@ -8,7 +8,7 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError, reading
 from hpcrub.model import families
-from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced
+from hpcrub.model.imported import assembly, bent_blades, checks, cyclic, neutral, reduced
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.interface import strips
 from hpcrub.model.reduction import ReducedModel, mistuned_modes
@@ -52,6 +52,7 @@ def resolved(config: Config) -> Config:
     keys["reduction.n_modes"] = n_modes
     by_diameter = functools.partial(cyclic.frequencies_by_diameter, model)
     family = checks.at_speed("speeds", by_diameter, mid_speed(config))[:, 0]
+    keys["disk.second_order_per_m"] = bent_blades.size_of(model)
     keys["disk.first_family_hz"] = float(f"{np.nanmax(family):.{DIGITS}g}")
     return config.replace(keys)
 

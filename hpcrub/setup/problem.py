@@ -104,7 +104,8 @@ def build_problem(config: Config) -> Problem:
         )
     scene = scene_of(config, interface)._replace(law=law_of(config))
     # runs of a sample may be stiffer; a law of one's own has its own multipliers
-    basis = _basis(reduced, stiffest + FURTHEST) if scene.law is None else None
+    is_spatial = config.disk.model is not None and scene.law is None
+    basis = _basis(reduced, stiffest + FURTHEST) if is_spatial else None
     if basis:
         scene = scene._replace(lanes=_lanes(config, are_shared=True))
     return Problem(reduced, scene, basis)

@@ -6,6 +6,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.model.disk import build_disk
 from hpcrub.model.interface import Interface
 from hpcrub.model.second_order_planar import planar_second_order
 
@@ -28,3 +29,12 @@ def interface_of(config: Config, model: Any) -> Interface:
             "blades; import it with --second-order, or leave displacements small"
         )
     return interface
+
+
+def size_of(config: Config) -> tuple[float, ...] | None:
+    """Shift and bend of `model.second_order.size_of` [1/m]; None: the model file tells none."""
+    if config.disk.model is not None:
+        return config.disk.second_order_per_m
+    disk = build_disk(config.disk, config.material)
+    whole = np.eye(len(disk.mass))
+    return planar_second_order(disk, whole, config.disk, config.material).size

@@ -43,6 +43,13 @@ def _higher_harmonics(c: Any) -> dict[Any, Any]:
     return {"casing.harmonics": higher} if higher else {}
 
 
+def _second_order(c: Any) -> dict[Any, Any]:
+    """Displacements to second order, where the model tells it and the contact law allows it."""
+    fits = not (c.contact.bends or c.casing.vibrates or c.contact.own_law)
+    known = c.disk.model is None or c.disk.second_order_per_m is not None
+    return {"contact.kinematics": "second_order"} if fits and known else {}
+
+
 CHANGES = (
     Change("as asked", "", times({}), True),
     Change("another start", "mistuning.tuned_runs", times({}), True, 1),
@@ -52,6 +59,7 @@ CHANGES = (
     Change("twice the modes", "reduction.n_modes", times({"reduction.n_modes": 2}), True),
     Change("followed twice as long", "steady_state.first_check_s", times(
         {"steady_state.first_check_s": 2, "steady_state.max_time_s": 2}), True),
+    Change("displacements to second order", "contact.kinematics", _second_order, True),
     Change("half the damping", "material.damping_ratio", times(
         {"material.damping_ratio": 0.5, "material.damping_ratios": 0.5})),
     Change("friction higher by 0.05", "contact.friction",

@@ -48,7 +48,7 @@ def whole(blade, mass):
     participation = np.zeros((1, n + 1, n + 5))
     participation[0, :-1, 5:] = modes.T @ K / values[:, None]
     omega = np.append(np.sqrt(values), np.inf)
-    return SecondOrder(participation, none, none[0, :1], coupling, omega, np.ones(1))
+    return SecondOrder(participation, none, none[0, :1], coupling, omega, np.ones(1), none[0, 0])
 
 
 def bent_modes(K, model):

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.errors import InputError
+from hpcrub.model import second_order
 from hpcrub.model.imported.arrays import Arrays
 
 TIPS, BLADE, MODES = "second_order_tips", "second_order_blade", "second_order_modes"
@@ -102,3 +103,19 @@ def check(bent: BentBlades, radius: np.ndarray) -> float:
             f"units of it and of {MODES} those of the file?"
         )
     return shortens
+
+
+def size_of(model: Any) -> tuple[float, float] | None:
+    """Shift and bend of `model.second_order.size_of`, of a NeutralModel; None: not known."""
+    if model.bent is None:
+        return None
+    contact = model.contact_node
+    radius, outward = np.hypot(*model.nodes[contact, :2].T), model.contact_normal[:, 0]
+    along = model.contact_normal[:, 2, None, None]
+    G = model.bent.tips.copy()
+    G[:, 0] = outward[:, None, None] * G[:, 0] + along * G[:, 2]
+    omega = None
+    if model.blade_frequencies is not None:
+        omega = 2 * np.pi * model.blade_frequencies[0, : len(model.bent.coupling)]
+    motion = model.bent.modes[:, 1]
+    return second_order.size_of(G, outward / radius, motion, model.bent.coupling, omega)

@@ -46,6 +46,7 @@ def second_order(model: NeutralModel) -> SecondOrder | None:
         coupling=_coupling(own, omega, float(radius.max())),
         omega=omega,
         curvature=model.contact_normal[:, 0] / radius,
+        motion=own.modes[:, 1],
     )
 
 
