@@ -28,6 +28,7 @@ def clamped(bow):
         shortening=model.shortening[:1],
         observed=model.observed[:1],
         curvature=model.curvature[:1],
+        motion=model.motion[:1],
     )
     radius = disk.contact_radius[0]
     normal, tangential = modes[-3:-2], modes[-2:-1]

@@ -6,13 +6,14 @@ N, T, A of a contact point, it moves by
     u_n = N q − ½ sᵀG_n s,   u_t = T q − ½ sᵀG_t s,   u_a = A q − ½ sᵀG_a s,
 
 to the penetration p = u_n + κ u_t²/2 + b(θ + Ωt + u_t/R, t) − clearance. A step takes the
-recurrence without contact, with the forces −½ Σ C s s of its begin; evaluates p and all directions
-there; and finds multipliers that end all penetrations, as the gradients there tell. The wall
-leans by m = κ u_t + b'/R: forces act along its normal (n + m t)/√(1 + m²), and friction along its
-tangent (t − m n)/√(1 + m²), where n, t, a are the gradients of u_n, u_t and u_a. On a planar disk
-friction always acts along the tangent; with axial rows it turns with the slip of the step before.
+recurrence without contact, with the forces −½ Σ C s s − ⅙ Σ D s s s of its begin; evaluates p and
+all directions there; and finds multipliers that end all penetrations, as the gradients there tell.
+The wall leans by m = κ u_t + b'/R: forces act along its normal (n + m t)/√(1 + m²), and friction
+along its tangent (t − m n)/√(1 + m²), where n, t, a are the gradients of u_n, u_t and u_a. On a
+planar disk friction always acts along the tangent; with axial rows it turns with the slip of the
+step before.
 
-`first` order leaves out κ, G, C and what turns with u_t; `polar` leaves out G and C.
+`first` order leaves out κ, G, C, D and what turns with u_t; `polar` leaves out G, C and D.
 """
 
 from typing import NamedTuple
@@ -39,6 +40,7 @@ class Structure(NamedTuple):
     bent: np.ndarray  # P (N, p, K)
     shortening: np.ndarray  # G (C, 3, p, p) of normal, tangential and axial motion [1/(m kg)]
     coupling: np.ndarray  # C (p, p, p) [1/(m √kg s²)]
+    quartic: np.ndarray  # D (p, p, p, p) [1/(m² kg s²)]
     curvature: np.ndarray  # κ (C,) [1/m]
 
 
@@ -64,6 +66,7 @@ def structure_of(modes, interface, model, damping_ratio):
         model.participation @ modes.shapes,
         model.shortening,
         model.coupling,
+        model.quartic if model.quartic.size else np.zeros((len(model.omega),) * 4),
         model.curvature,
     )
 
@@ -114,10 +117,8 @@ def of_order(structure, order):
     """The structure at one of ORDERS."""
     if order == "second":
         return structure
-    G, C, bend = structure.shortening, structure.coupling, structure.curvature
-    if order == "first":
-        bend = np.zeros_like(bend)
-    return structure._replace(shortening=0.0 * G, coupling=0.0 * C, curvature=bend)
+    still = ["shortening", "coupling", "quartic", *(["curvature"] if order == "first" else [])]
+    return structure._replace(**{name: 0.0 * getattr(structure, name) for name in still})
 
 
 def directions(structure, gradient, lean, increment, friction, turn):
@@ -149,7 +150,8 @@ def integrate(
     found = Run(np.zeros((n, K)), np.zeros((n, n_points, 3)), np.zeros((n, n_points)))
     for k in range(n):
         s = structure.bent @ q
-        bending = 0.5 * np.einsum("abc,nb,nc->na", structure.coupling, s, s)
+        softer = structure.coupling / 2.0 + np.einsum("abcd,nd->nabc", structure.quartic, s) / 6.0
+        bending = np.einsum("nabc,nb,nc->na", softer, s, s)
         pull = structure.omega**2 * q + np.einsum("nak,na->k", structure.bent, bending)
         before, d = d, decay * d - gain * pull
         q = q + d

@@ -37,6 +37,9 @@ class SecondOrder(NamedTuple):
     omega: np.ndarray
     curvature: np.ndarray  # (C,) of the casing along its circumference at the points, cos α/R [1/m]
     motion: np.ndarray  # (C, p) tangential motion of the contact points by each mode [1/√kg]
+    # (p, p, p, p) D, symmetric in all four [1/(m²·kg·s²)]: the force −⅙ Σ D_abcd s_b s_c s_d on
+    # bent mode a is of third order, but without it C softens a bowed blade by more than its damping
+    quartic: np.ndarray = np.zeros((0, 0, 0, 0))
 
     @property
     def size(self) -> tuple[float, float]:

@@ -1,13 +1,14 @@
 """Second order of the built-in planar disk: its frame elements, made corotational.
 
-An element between two nodes stretches by e = l − L and bends by t₁, t₂, the turns of its ends less
-that of its chord. With the motion of its second end relative to the first, a along and w across
-the element, and the turns r₁, r₂ of its ends, e = a + w²/2L and t = r − w/L + a w/L² to second
-order, so that its energy EA e²/2L + 2EI (t₁² + t₁t₂ + t₂²)/L has the cubic part
+An element between two nodes stretches by e and bends by t₁, t₂, the turns of its ends less that of
+its chord: its energy is EA e²/2L + 2EI (t₁² + t₁t₂ + t₂²)/L. With a and w, the motion of its
+second end relative to the first along and across the element, and σ = r₁ + r₂ − 2w/L of the turns
+r₁, r₂ of its ends, the parts of third and fourth order are
 
-    a w [EA w/2L² + 6EI (r₁ + r₂ − 2w/L)/L³],
+    a w [EA w/2L² + 6EI σ/L³],
+    w³ [EA w/8L³ + 2EI σ/L⁴] − a² w [(EA/2L³ − 6EI/L⁵) w + 6EI σ/L⁴],
 
-a product of three linear forms. V₃ is the sum of their products over all orders, exactly what
+products of linear forms. V₃ and V₄ are the sums of these products over all orders, exactly what
 differences of the tangent stiffness tend to.
 
 The turn of a blade's root by the ring is a fourth "bent" mode, whose amplitude is an angle: it
@@ -37,34 +38,39 @@ def planar_second_order(disk: Disk, basis: np.ndarray, section: Any, material: A
     K = disk.blade_stiffness[0][_ROOT:]
     mass = disk.mass[np.ix_(blade[_ROOT:], blade[_ROOT:])]
     values, modes = eigh(K[:, _ROOT:], mass, subset_by_index=[0, N_BENT - 1])
+    of_blade = np.vstack([modes.T @ K / values[:, None], np.zeros(len(blade))])
+    of_blade[-1, :_ROOT] = 0.0, -1.0, 1.0 / section.hub_radius  # the ring turns the root
 
-    tip = np.eye(len(K))[:, -3:-1]  # forces along u_r and u_t
-    seen = modes[-3:-1].T / values[:, None]  # (p, 2)
-    static = np.linalg.solve(K[:, _ROOT:], tip) - modes @ seen
     nodes = disk.points.position[disk.points.blades[0]]  # in the frame of the first blade's tip
-    motions = np.zeros((len(nodes), 3, N_BENT + 3))
-    motions[1:, :, :N_BENT] = modes.reshape(-1, 3, N_BENT)
-    motions[..., N_BENT] = _turn_about_root(nodes)
-    motions[1:, :, -2:] = static.reshape(-1, 3, 2)
+    bent = np.zeros((len(nodes), 3, N_BENT + 1))
+    bent[1:, :, :N_BENT] = modes.reshape(-1, 3, N_BENT)
+    bent[..., N_BENT] = _turn_about_root(nodes)
     thickness, E = section.blade.thickness, material.young_modulus
     beam = elements.rectangular_beam(section.width, thickness, E, material.density)
-    third = third_derivative(nodes, beam, motions)
-    coupling = third[:-2, :-2, :-2]
-    radial, tangential = third[-2:, :-2, :-2]
+    flexibility = np.linalg.inv(K[:, _ROOT:]) - modes / values @ modes.T  # beside the bent modes
+    push = _forces_of_pairs(nodes, beam, bent)
+    radial, tangential = np.moveaxis(push @ flexibility[:, -3:-1], -1, 0)
 
     n_points = len(disk.contact_radius)
     shortening = np.array([radial, tangential, np.zeros_like(radial)])
-    of_blade = np.vstack([modes.T @ K / values[:, None], np.zeros(len(blade))])
-    of_blade[-1, :_ROOT] = 0.0, -1.0, 1.0 / section.hub_radius  # the ring turns the root
     return SecondOrder(
         participation=of_blade @ basis[disk.blade_dof],
         shortening=np.repeat(shortening[None], n_points, axis=0),
         observed=np.repeat(tangential[None], n_points, axis=0),
-        coupling=coupling,
+        coupling=third_derivative(nodes, beam, bent, bent, bent),
         omega=np.append(np.sqrt(values), np.inf),
         curvature=1.0 / disk.contact_radius,
-        motion=np.repeat(motions[-1:, 1, :-2], n_points, axis=0),
+        motion=np.repeat(bent[-1:, 1], n_points, axis=0),
+        quartic=relaxed(fourth_derivative(nodes, beam, bent), push, flexibility),
     )
+
+
+def _forces_of_pairs(nodes: Any, beam: Any, bent: Any) -> Any:
+    """V₃ of two bent modes and every dof beyond the root (p, p, n): forces on these."""
+    n = 3 * (len(nodes) - 1)
+    alone = np.zeros((len(nodes), 3, n))
+    alone[1:] = np.eye(n).reshape(-1, 3, n)
+    return third_derivative(nodes, beam, bent, bent, alone)
 
 
 def _turn_about_root(nodes: Any) -> Any:
@@ -73,22 +79,50 @@ def _turn_about_root(nodes: Any) -> Any:
     return np.stack([-y, x, np.ones(len(nodes))], axis=1)
 
 
-def third_derivative(nodes: np.ndarray, beam: elements.Beam, motions: np.ndarray) -> np.ndarray:
-    """Third derivative V₃ of the energy of a chain of corotational elements, at rest.
-
-    nodes: (n + 1, 2) from the root on [m]; beam: their section; motions: (n + 1, 3, k), of every
-    node the two displacements in the frame of `nodes` and the rotation.
-    Returns V₃ of all triples of motions (k, k, k), symmetric in all three.
-    """
+def _forms(nodes: Any, beam: Any, motions: Any) -> Any:
+    """Forms a, w, EI σ (E, k) of every element, and its length (E, 1); motions: (n + 1, 3, k)."""
     edges = np.diff(nodes, axis=0)
     length = np.hypot(*edges.T)
     axis = edges / length[:, None]
     relative, turn = np.diff(motions[:, :2], axis=0), motions[1:, 2] + motions[:-1, 2]
-
     along = np.einsum("ex,exk->ek", axis, relative)
     across = np.einsum("ex,exk->ek", axis @ [[0.0, 1.0], [-1.0, 0.0]], relative)
     L = length[:, None]
-    force = beam.axial * across / (2 * L**2) + 6 * beam.bending * (turn - 2 * across / L) / L**3
-    product = np.einsum("ea,eb,ec->abc", along, across, force)
+    return along, across, beam.bending * (turn - 2 * across / L), L
+
+
+def third_derivative(nodes: np.ndarray, beam: elements.Beam, *motions: np.ndarray) -> np.ndarray:
+    """Third derivative V₃ of the energy of a chain of corotational elements, at rest.
+
+    nodes: (n + 1, 2) from the root on [m]; beam: their section; motions: three sets (n + 1, 3, k),
+    of every node the two displacements in the frame of `nodes` and the rotation.
+    Returns V₃ of all triples of motions (k, k, k), each set with a k of its own.
+    """
+    sets = []
+    for each in motions:
+        a, w, bends, L = _forms(nodes, beam, each)
+        sets.append((a, w, beam.axial * w / (2 * L**2) + 6 * bends / L**3))
     orders = permutations(range(3))
+    parts = [[sets[k][form] for k, form in enumerate(order)] for order in orders]
+    return np.sum([np.einsum("ea,eb,ec->abc", *part) for part in parts], axis=0)
+
+
+def fourth_derivative(nodes: np.ndarray, beam: elements.Beam, motions: np.ndarray) -> np.ndarray:
+    """Fourth derivative V₄ (k, k, k, k) of one set of motions; see `third_derivative`."""
+    a, w, bends, L = _forms(nodes, beam, motions)
+    steep = beam.axial * w / (8 * L**3) + 2 * bends / L**4
+    short = (6 * beam.bending / L**5 - beam.axial / (2 * L**3)) * w - 6 * bends / L**4
+    product = np.einsum("ea,eb,ec,ed->abcd", w, w, w, steep)
+    product += np.einsum("ea,eb,ec,ed->abcd", a, a, w, short)
+    orders = permutations(range(4))
     return np.sum([np.transpose(product, order) for order in orders], axis=0)
+
+
+def relaxed(fourth: np.ndarray, push: np.ndarray, flexibility: np.ndarray) -> np.ndarray:
+    """Fourth derivative (p, p, p, p) of the energy of bent modes, all other motion at its least.
+
+    fourth: V₄ of the bent modes; push: V₃ φ_a φ_b, a force on every dof (p, p, n); flexibility:
+    displacements by forces, beside the bent modes (n, n).
+    """
+    pairs = np.einsum("abi,cdi->abcd", push, push @ flexibility)
+    return fourth - pairs - pairs.transpose(0, 2, 1, 3) - pairs.transpose(0, 3, 2, 1)

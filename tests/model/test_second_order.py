@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from evidence.truth.corotational import Blade, equilibrium, planar_blade, tangent
+from evidence.truth.corotational import (
+    Blade,
+    clamped_force,
+    equilibrium,
+    planar_blade,
+    tangent,
+)
 from evidence.truth.disk import MATERIAL, disk_section, make_disk
 from hpcrub.model import elements
 from hpcrub.model.second_order import SecondOrder
@@ -35,7 +41,10 @@ def whole(blade, mass):
         np.array([[-1], [1]]) * (blade.nodes - blade.nodes[0]).T[::-1]
     )
     motions[:, 2, -1] = 1.0
-    none, coupling = np.zeros((1, 3, n + 1, n + 1)), third_derivative(blade.nodes, section, motions)
+    none, coupling = (
+        np.zeros((1, 3, n + 1, n + 1)),
+        third_derivative(blade.nodes, section, *[motions] * 3),
+    )
     participation = np.zeros((1, n + 1, n + 5))
     participation[0, :-1, 5:] = modes.T @ K / values[:, None]
     omega = np.append(np.sqrt(values), np.inf)
@@ -102,6 +111,33 @@ def test_coupling_and_shortening_are_differences_of_the_tangent_stiffness(bow):
     size = model.omega[:-1] ** 2 / np.abs(modes[-3:-1]).max()  # of a coupling that counts
     assert np.abs(found[:3] - model.coupling[:-1, :-1, :-1]).max() < 1e-7 * size.max()
     np.testing.assert_allclose(found[3:], model.shortening[0, :2, :-1, :-1], rtol=1e-5)
+
+
+@pytest.mark.parametrize("bow", BOWS)
+def test_quartic_is_what_equilibrium_leaves_of_the_energy(bow):
+    """Elastic force on the first bent mode, moved far and held there, all other modes but two free.
+
+    The force on it is ω²s + ½C s s + ⅙D s s s, in which C counts for both signs alike.
+    """
+    model = second_order(bow=bow)
+    blade, mass = planar_blade(disk_section({"bow": bow}), MATERIAL)
+    K = tangent(blade, np.zeros(len(mass)))
+    modes = bent_modes(K, model)
+    s = 2e-3 / np.abs(modes[-2, 0])  # the tip moves 2 mm
+
+    def force(s):
+        """On the bent modes (3,) at amplitudes (s, 0, 0), Newton's method on the others."""
+        u, free = s * modes[:, 0], eigh(K, mass)[1][:, 3:]
+        for _ in range(20):
+            u = u - free @ np.linalg.solve(free.T @ tangent(blade, u) @ free,
+                                           free.T @ clamped_force(blade, u))  # fmt: skip
+        return modes.T @ clamped_force(blade, u)
+
+    odd = (force(s) - force(-s)) / 2.0 - np.array([model.omega[0] ** 2 * s, 0.0, 0.0])
+    even = (force(s) + force(-s)) / 2.0
+    D, C = model.quartic[0, 0, 0, :-1], model.coupling[0, 0, :-1]
+    np.testing.assert_allclose(odd, D * s**3 / 6.0, rtol=0.02, atol=2e-3 * np.abs(odd).max())
+    np.testing.assert_allclose(even, C * s**2 / 2.0, rtol=0.01, atol=1e-3 * np.abs(odd).max())
 
 
 def test_coupling_is_symmetric_and_axial_motion_has_no_second_order():

@@ -59,6 +59,8 @@ class BentArrays(NamedTuple):
     # what each product adds to normal and tangential displacements of a point (C, 2·M) [1/(m·kg)]
     displacement: np.ndarray
     coupling: np.ndarray  # force of each product on every bent mode (p, M) [1/(m·√kg·s²)]
+    # force of each product times s_d on bent mode a, row a·p + d (p², M); (0, M): unknown
+    quartic: np.ndarray
     observed: np.ndarray  # what each product adds to an observed displacement (O, M) [1/(m·kg)]
     observed_blade: np.ndarray  # blade of every observed displacement (O,) int
     curvature: np.ndarray  # κ (C,) [1/m]
@@ -117,6 +119,7 @@ class Bent(BentArrays):
                 _folded(second.shortening[:, :2]).reshape(n, -1), (padding, (0, 0))
             ),
             coupling=_folded(second.coupling),
+            quartic=_folded(second.quartic).reshape(-1, p * (p + 1) // 2) / 3.0,
             observed=_folded(second.observed),
             observed_blade=interface.observed_blade,
             curvature=np.pad(second.curvature, padding),
@@ -303,6 +306,9 @@ def multiply(lanes: tuple, bent: BentArrays, state: State) -> None:
                 m += 1
         for a in range(p):
             total = total_of(lanes, bent, bent.coupling, a, b)
+            for row in range(a * p, min(a * p + p, bent.quartic.shape[0])):
+                s = v.load(lanes, bent.bent, b * p + row - a * p)
+                total = v.fma(s, total_of(lanes, bent, bent.quartic, row, b), total)
             v.store(state.late, b * p + a, total)
     for o in range(bent.observed.shape[0]):
         total = total_of(lanes, bent, bent.observed, o, bent.observed_blade[o])
