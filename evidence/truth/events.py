@@ -32,11 +32,6 @@ class Wall(NamedTuple):
     acceleration: callable
 
 
-def fixed_wall(place):
-    """A wall that stands still."""
-    return Wall(lambda t: place, lambda t: 0.0, lambda t: 0.0)
-
-
 class Motion(NamedTuple):
     """Exact motion at the times 0, dt, 2 dt, ..."""
 

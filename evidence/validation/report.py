@@ -43,12 +43,6 @@ def at_most(what, value, bound):
     return Verdict(what, float(value), -np.inf, bound)
 
 
-def falling(what, size, error, finest, low, high=np.inf):
-    """Verdicts on the fitted order of errors, and on the last of them: (what, words, bound)."""
-    words, bound = finest
-    return [order(what, size, error, low, high), at_most(f"{what}, {words}", error[-1], bound)]
-
-
 def order(what, size, error, low, high=np.inf):
     """Verdict on the fitted order of errors (n,) over sizes (n,)."""
     return Verdict(f"order, {what}", fitted_order(size, error), low, high)
