@@ -49,7 +49,7 @@ def by_calculix(
     for number, moved in enumerate(modes(blade, N_BENT), 1):
         forwards = solved(f"bent_{number}_forwards", bent(mesh, moved))
         backwards = solved(f"bent_{number}_backwards", bent(mesh, -moved))
-        shapes.append(bending.Bent(1e-3 * moved, forwards, backwards))
+        shapes.append(bending.BentShape(1e-3 * moved, forwards, backwards))
     return blade, bending.of_blade(blade, shapes)
 
 

@@ -28,7 +28,7 @@ def with_second_order(model: NeutralModel, folder: Path, length: float) -> Neutr
         if not (table := folder / f"bent_{number}.csv").exists():
             break
         both = (_blade(folder / f"{way}_{number}.h5") for way in ("forwards", "backwards"))
-        shapes.append(bending.Bent(_moved(table, blade, length), *both))
+        shapes.append(bending.BentShape(_moved(table, blade, length), *both))
     if not shapes:
         raise InputError(f"--second-order: there is no {folder / 'bent_1.csv'}")
     return bending.onto(model, blade, bending.of_blade(blade, shapes))

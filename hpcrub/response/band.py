@@ -48,8 +48,7 @@ def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
         return status.NOT_FINITE
     if size.max() >= scene.interface.radius.max():
         return status.TOO_LARGE
-    second = scene.interface.second_order
-    return flaw if second is None or size.max() < second.furthest else status.BENT
+    return flaw if size.max() < scene.furthest else status.BENT
 
 
 def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:

@@ -45,6 +45,7 @@ class Scene(NamedTuple):
     history_interval: float = math.inf  # [s] between two records of a history, likewise
     look_interval: float = 0.0  # [s] between displacements of which the largest counts, likewise
     steady: SteadyCriteria = SteadyCriteria()
+    furthest: float = math.inf  # displacement beyond which its second order says nothing [m]
     observes_stress: bool = False  # whether to follow the stresses of the interface, too
     lanes: tuple[int, ...] = (WIDTH,)  # numbers that a sweep may take, increasing; each is compiled
 

@@ -173,6 +173,7 @@ def scene_of(config: Config, interface: Interface | None = None) -> Scene:
         history_interval=config.history.record_interval_s or math.inf,
         look_interval=resolution.look_interval(config),
         steady=SteadyCriteria(*(getattr(steady, name) for name in CRITERIA)),
+        furthest=interface.second_order.furthest if interface.second_order else math.inf,
         observes_stress=config.observes_stress,
         lanes=_lanes(config),
     )

@@ -269,8 +269,7 @@ class Bent(BentArrays):
         Returns the number of listed multipliers, the last of which push the bent modes.
         """
         bent, n_points = law.kinematics, state.penetration.shape[0] - 1
-        p, blade, first = bent.coupling.shape[0], -1, 3 * n
-        end = first
+        p, blade, end = bent.coupling.shape[0], -1, 3 * n
         for b in range(n):
             j = state.active[b]
             force, tilt = v.load(lanes, state.multiplier, j), v.load(lanes, bent.tilt, j)

@@ -27,7 +27,7 @@ UNEQUAL = 0.05  # largest asymmetry, as a share of the largest entry: C3D8I of C
 LIKE = 0.999  # smallest cosine between a bent shape and the blade's mode
 
 
-class Bent(NamedTuple):
+class BentShape(NamedTuple):
     """One blade bent into one of its modes, forwards and backwards."""
 
     moved: np.ndarray  # (n_nodes, 3) displacements of all nodes, x, y, z [m]
@@ -35,7 +35,7 @@ class Bent(NamedTuple):
     backwards: NeutralModel  # the same about their negative
 
 
-def of_blade(blade: NeutralModel, shapes: Sequence[Bent]) -> BentBlades:
+def of_blade(blade: NeutralModel, shapes: Sequence[BentShape]) -> BentBlades:
     """Second order of the contact nodes of one blade alone, its root held.
 
     blade: of kind disk; shapes: its first modes, one after the other, of any amplitude.

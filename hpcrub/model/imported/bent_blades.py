@@ -105,17 +105,24 @@ def check(bent: BentBlades, radius: np.ndarray) -> float:
     return shortens
 
 
+def before_casing(model: Any) -> tuple[np.ndarray, np.ndarray]:
+    """G along normal, tangent and generator of the casing (C, 3, p, p), and its curvature (C,).
+
+    model: NeutralModel with `bent`; SI units.
+    """
+    outward, along = (model.contact_normal[:, k, None, None] for k in (0, 2))
+    radial, tangential, axial = np.moveaxis(model.bent.tips, 1, 0)
+    turned = outward * radial + along * axial, tangential, outward * axial - along * radial
+    radius = np.hypot(*model.nodes[model.contact_node, :2].T)
+    return np.stack(turned, axis=1), model.contact_normal[:, 0] / radius
+
+
 def size_of(model: Any) -> tuple[float, float] | None:
     """Shift and bend of `model.second_order.size_of`, of a NeutralModel; None: not known."""
     if model.bent is None:
         return None
-    contact = model.contact_node
-    radius, outward = np.hypot(*model.nodes[contact, :2].T), model.contact_normal[:, 0]
-    along = model.contact_normal[:, 2, None, None]
-    G = model.bent.tips.copy()
-    G[:, 0] = outward[:, None, None] * G[:, 0] + along * G[:, 2]
-    omega = None
+    (G, curvature), omega = before_casing(model), None
     if model.blade_frequencies is not None:
         omega = 2 * np.pi * model.blade_frequencies[0, : len(model.bent.coupling)]
     motion = model.bent.modes[:, 1]
-    return second_order.size_of(G, outward / radius, motion, model.bent.coupling, omega)
+    return second_order.size_of(G, curvature, motion, model.bent.coupling, omega)

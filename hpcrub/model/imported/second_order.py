@@ -36,16 +36,14 @@ def second_order(model: NeutralModel) -> SecondOrder | None:
     omega = 2 * np.pi * model.blade_frequencies[0, :p]
     radius = np.hypot(*model.nodes[model.contact_node, :2].T)
     bent_blades.check(own, radius)
-    outward, along = (model.contact_normal[:, k, None, None] for k in (0, 2))
-    radial, tangential, axial = np.moveaxis(own.tips, 1, 0)
-    turned = outward * radial + along * axial, tangential, outward * axial - along * radial
+    shortening, curvature = bent_blades.before_casing(model)
     return SecondOrder(
         participation=_signs(model, p)[:, :, None] * model.participation[:, :p],
-        shortening=np.stack(turned, axis=1),
-        observed=tangential,
+        shortening=shortening,
+        observed=shortening[:, 1],
         coupling=_coupling(own, omega, float(radius.max())),
         omega=omega,
-        curvature=model.contact_normal[:, 0] / radius,
+        curvature=curvature,
         motion=own.modes[:, 1],
     )
 

@@ -15,12 +15,14 @@ from evidence.truth.ring import Wall
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
+from hpcrub.contact.status import BENT
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.model.second_order import SecondOrder
 from hpcrub.model.tuned_basis import own_modes, tuned_basis
 from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene
+from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.problem import build_problem
 from tests.contact.test_kernel import plain_python
 from tests.model.test_tuned_basis import small_disk
@@ -120,3 +122,12 @@ def test_the_plain_python_twin_takes_the_same_steps(tmp_path):
         compiled = integrated(*spatial(is_cyclic), 80.0, 400)
         assert np.abs(compiled).max() > 1e-5
         np.testing.assert_allclose(twin, compiled, rtol=0.0, atol=1e-9 * np.abs(compiled).max())
+
+
+def test_blades_that_bend_further_than_the_second_order_tells_have_no_result():
+    """b u reaches 0.3 at 71 mm on the reference disk; 5 mm are soon passed."""
+    modes, scene = planar()
+    assert scene.furthest == pytest.approx(0.071, rel=0.05)
+    found = run_sweep(modes, scene._replace(furthest=5e-3), [34.5])
+    assert found.point_reason == [BENT]
+    assert np.isnan(found.amplitude).all()

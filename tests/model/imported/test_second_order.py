@@ -62,7 +62,7 @@ class Alone:
                 )
                 for K in both
             ]
-            shapes.append(bending.Bent(moved, *models))
+            shapes.append(bending.BentShape(moved, *models))
         return shapes
 
     def rest(self, load):
