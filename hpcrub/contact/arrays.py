@@ -124,7 +124,7 @@ def packed(group: Any) -> Any:
     itself, one process in 25 took 1.2 to 1.9 times as long for its whole life, by the addresses
     that it had got (Zen 4).
     """
-    places = np.cumsum([0, *(-(-array.nbytes // LINE) * LINE for array in _arrays(group))])
+    places = np.cumsum([0, *(-(-array.nbytes // LINE) * LINE for array in arrays_of(group))])
     memory = np.zeros(places[-1] + LINE, dtype=np.uint8)
     place = iter(places + -memory.ctypes.data % LINE)
 
@@ -141,11 +141,11 @@ def packed(group: Any) -> Any:
     return copied(group)
 
 
-def _arrays(group: Any) -> Iterator[np.ndarray]:
+def arrays_of(group: Any) -> Iterator[np.ndarray]:
     """All arrays of a tuple, in order."""
     for member in group:
         if isinstance(member, tuple):
-            yield from _arrays(member)
+            yield from arrays_of(member)
         elif isinstance(member, np.ndarray):
             yield member
 

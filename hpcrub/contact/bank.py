@@ -215,7 +215,7 @@ def set_motion(
         state.position[:, lane] = state.increment[:, lane] = 0.0
     state.position[:, lane] += position
     state.increment[:, lane] += h * velocity
-    bank.basis.start(bank, lane)
+    bank.basis.start(bank, [lane])
     state.n_steps[lane] = round(time / h)
     if memory is not None:
         bank.law.remember(lane, memory)

@@ -43,7 +43,6 @@ from hpcrub.contact.passes import (
 from hpcrub.contact.protocols import Scene
 from hpcrub.contact.tables import columns
 from hpcrub.model.reduction import Blades, Modes, Rows
-from hpcrub.model.tuned_basis import unfolded
 
 
 @compiled(inline=True, inner=True)
@@ -264,16 +263,19 @@ class Cyclic(CyclicArrays):
         deviation, lag = blade_stiffness(modes, scene.damping_ratio, h, is_exact)
         self.deviation[:, lane], self.lag[:, lane] = -deviation.T.ravel(), lag.T.ravel()
 
-    def start(self, bank: Bank, lane: int) -> None:
-        """Find the motion of the blade modes of a lane that does not start at rest (modified)."""
-        position, d = bank.state.position[:, lane], bank.state.increment[:, lane]
-        self.local[:, lane] = self._on_blades(position - d)
+    def start(self, bank: Bank, lanes: Any) -> None:
+        """Find the motion of the blade modes of lanes that do not start at rest (modified).
 
-    def _on_blades(self, position: np.ndarray) -> np.ndarray:
-        """Blade modes (J·N,) [m·√kg/s] at modal coordinates (R,)."""
-        n_modes = len(self.local) // self.n_blades
-        even, odd = (self.blade[:, k : k + n_modes].T * position for k in (0, n_modes))
-        return unfolded(even, odd, self.diameters, self.n_blades).sum(axis=2).T.ravel()
+        lanes: index of some of the lanes.
+        """
+        before = (bank.state.position - bank.state.increment)[:, lanes]
+        n_modes, n_waves = len(self.local) // self.n_blades, len(self.cosine)
+        of_waves = (self.diameters == np.arange(n_waves)[:, None]).astype(float)  # (H, R)
+        angle = 2.0 * np.pi / self.n_blades * np.outer(np.arange(n_waves), np.arange(self.n_blades))
+        for j in range(n_modes):
+            even, odd = (of_waves * self.blade[:, k] @ before for k in (j, n_modes + j))  # (H, L)
+            moved = np.cos(angle).T @ even + np.sin(angle).T @ odd
+            self.local[j * self.n_blades : (j + 1) * self.n_blades, lanes] = moved
 
     @staticmethod
     @compiled(inline=True, inner=True)

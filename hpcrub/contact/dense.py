@@ -142,7 +142,7 @@ class Dense(NoArrays):
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
         """Nothing depends on the lane."""
 
-    def start(self, bank: Bank, lane: int) -> None:
+    def start(self, bank: Bank, lanes: Any) -> None:
         """Nothing follows from the motion."""
 
     @staticmethod

@@ -27,7 +27,8 @@ def raise_bumps(scheme: Scheme, state: State) -> bool:
     for lane in range(scheme.step.shape[0]):
         t = (state.n_steps[lane] + 1) * scheme.step[lane]
         state.ramp[0, lane] = bump_ramp(t, scheme.ramp_time)
-        rising = rising or 0.0 < t < scheme.ramp_time  # an idle lane has no time
+        # an idle lane has no time; the time of a lane that waits is negative
+        rising = rising or (scheme.step[lane] > 0.0 and t < scheme.ramp_time)
     return rising
 
 

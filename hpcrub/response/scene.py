@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.protocols import Law
@@ -33,6 +34,8 @@ class Scene(NamedTuple):
     # running clearance, which centrifugal growth, untwist and heat change: increasing speeds [Hz]
     # and the clearance at each [m], straight lines between; None: one clearance at every speed
     running: tuple[tuple[float, float], ...] | None = None
+    # change of the clearance over the time of a run-up, as `running`: times [s], clearances [m]
+    over_time: tuple[tuple[float, float], ...] | None = None
     load: float = 0.0  # radial engine-order excitation of every blade, at rest in space [N]
     load_order: int = 1  # periods of this load around the casing
     elastic_casing: ElasticCasing | None = None  # None: the casing does not give
@@ -53,8 +56,13 @@ class Scene(NamedTuple):
         """The scene at a speed of rotation [Hz]."""
         if self.running is None:
             return self
-        clearance = float(np.interp(speed_hz, *np.array(self.running).T))
-        return self._replace(clearance=clearance, running=None)
+        return self._replace(clearance=float(self.clearances(speed_hz)), running=None)
+
+    def clearances(self, speeds_hz: npt.ArrayLike, times: npt.ArrayLike = 0.0) -> np.ndarray:
+        """Clearances [m] at speeds [Hz], and at times [s] of a run-up, of one shape."""
+        known = self.running or ((0.0, self.clearance),)
+        gaps = np.interp(speeds_hz, *np.array(known).T)
+        return gaps if self.over_time is None else np.interp(times, *np.array(self.over_time).T)
 
     @property
     def repeats(self) -> int:

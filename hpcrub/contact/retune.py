@@ -1,0 +1,139 @@
+"""Change of the speed of rotation in the middle of a motion: coefficients of lanes over the speed.
+
+All coefficients of a lane are smooth functions of its speed. They are computed as for any speed
+(`bank.fill_lane`) at the speeds of a geometric ladder, and a lane takes the parabola through the
+three rungs around its speed. The error is below 1e-6 of a coefficient.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from hpcrub.contact.arrays import PER_LANE, Bank, Scheme, State
+from hpcrub.contact.jit import compiled
+
+STEP = 0.005  # from one rung of the ladder to the next, over the speed
+N_RUNGS = 16  # rungs in memory at once
+BESIDE = np.array([[-1], [0], [1]])
+SET_APART = "step", "clearance"  # which are known without an interpolation
+
+
+@compiled
+def blend(
+    to: np.ndarray, rows: np.ndarray, table: np.ndarray, place: np.ndarray, weight: np.ndarray
+) -> None:
+    """Interpolate rows of a lane array (to is modified).
+
+    to: (n, L); rows: those that change (r,) int.
+    table: the same array with a column for every rung (n, R).
+    place, weight: middle one of three rungs (≤ L,) int, and their weights (3, ≤ L) [-].
+    """
+    for row in rows:
+        for lane in range(place.shape[0]):
+            k = place[lane]
+            value = (
+                weight[0, lane] * table[row, k - 1]
+                + weight[1, lane] * table[row, k]
+                + weight[2, lane] * table[row, k + 1]
+            )
+            # a bound may be infinite at some speeds
+            to[row, lane] = value if value == value else table[row, k]
+
+
+def _lane_arrays(group: Any, path: tuple = ()) -> Iterator[tuple[tuple, np.ndarray]]:
+    """Arrays of a group with a column for each lane, and the path to each of them."""
+    if isinstance(group, State):
+        return
+    names = set(PER_LANE.get(type(group)) or group.per_lane())
+    if isinstance(group, Scheme):
+        names |= {"omega2"} if group.omega2.ndim == 2 else set()
+        names -= set(SET_APART)
+    for name in sorted(names):
+        member = getattr(group, name)
+        if isinstance(member, tuple):
+            yield from _lane_arrays(member, (*path, name))
+        elif member is not None and member.ndim == 2:
+            yield (*path, name), member
+
+
+class Speeds:
+    """The coefficients of the lanes of a bank over a range of speeds."""
+
+    def __init__(
+        self, bank: Bank, bank_at: Callable[[np.ndarray], Bank], first_hz: float, ends: Any
+    ) -> None:
+        """Find out which coefficients depend on the speed.
+
+        bank: its first lanes are at ``first_hz`` [Hz], a rung of the ladder.
+        bank_at: makes a bank whose lanes are at rest at speeds [Hz].
+        ends: lowest and highest speed [Hz].
+        """
+        self.bank, self.bank_at, self.first_hz = bank, bank_at, first_hz
+        self.bottom = 0  # number of the lowest rung in memory
+        some, mine = _of(bank_at(np.linspace(*ends, N_RUNGS))), _of(bank)
+        rows = {path: np.flatnonzero((a != a[:, :1]).any(axis=1)) for path, a in some.items()}
+        # of every array that changes: itself, rows that change, and its values at the rungs
+        self.changing = {path: [mine[path], rows[path]] for path in some if len(rows[path])}
+        self.tables: dict[tuple, np.ndarray] = {}
+
+    def set(self, speeds_hz: np.ndarray, steps: np.ndarray) -> None:
+        """Give the first lanes other speeds, in the middle of their motion (bank is modified).
+
+        speeds_hz: (S,) [Hz]; steps: their time steps (S,) [s].
+        """
+        n, scheme = len(speeds_hz), self.bank.scheme
+        longer = steps / scheme.step[:n]
+        if (longer == 1.0).all():
+            return
+        _rescale(self.bank, longer)
+        scheme.step[:n] = steps
+        if self.changing:
+            place, weight = self._around(speeds_hz)
+            for path, (array, rows) in self.changing.items():
+                blend(array, rows, self.tables[path], place, weight)
+        self.bank.basis.start(self.bank, np.arange(n))
+
+    def _around(self, speeds_hz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Middle one of the three rungs around speeds, and the weights of the three (3, S)."""
+        rung = np.rint(np.log(speeds_hz / self.first_hz) / np.log1p(STEP)).astype(np.int64)
+        lowest, highest = rung.min() - 1, rung.max() + 1
+        if not self.tables or lowest < self.bottom or highest >= self.bottom + N_RUNGS:
+            falls = self.tables and lowest < self.bottom
+            self._fill(highest + 2 - N_RUNGS if falls else lowest - 1)
+        x = self.first_hz * (1.0 + STEP) ** (rung + BESIDE)
+        (a, b, c), (da, db, dc) = x, speeds_hz - x
+        weight = db * dc / ((a - b) * (a - c)), da * dc / ((b - a) * (b - c))
+        return rung - self.bottom, np.array([*weight, da * db / ((c - a) * (c - b))])
+
+    def _fill(self, bottom: int) -> None:
+        """Compute the rungs from ``bottom`` on."""
+        self.bottom = bottom
+        there = _of(self.bank_at(self.first_hz * (1.0 + STEP) ** (bottom + np.arange(N_RUNGS))))
+        self.tables = {path: there[path] for path in self.changing}
+
+
+def _of(bank: Bank) -> dict[tuple, np.ndarray]:
+    """Arrays of a bank with a column for each lane, by their place in it."""
+    return {at: array for i, group in enumerate(bank) for at, array in _lane_arrays(group, (i,))}
+
+
+def _rescale(bank: Bank, longer: np.ndarray) -> None:
+    """Give increments the length of the coming steps (bank is modified).
+
+    longer: coming steps over those before, one for each of the first lanes.
+
+    The increment d of a step is h times the velocity in its middle, which for another length lies
+    at another time: d' = r d − ω² h² q r (1 − r)/2, with the restoring force at the end of the step.
+    """
+    scheme, state, n = bank.scheme, bank.state, len(longer)
+    gain = scheme.gain[:, :n]
+    restoring = (scheme.omega2 if scheme.omega2.ndim == 2 else scheme.omega2[:, None])[:, :n] * gain
+    n_waves = scheme.turn.shape[0] - scheme.casing
+    first = len(gain) - scheme.turn.shape[0]
+    restoring[first : first + n_waves] = 0.0  # complex modes, whose steps have no increment
+    d, q = state.increment[:, :n], state.position[:, :n]
+    d *= longer
+    d -= restoring * q * (longer * (1.0 - longer) / 2.0)
+    if state.increment_before is not None:
+        state.increment_before[:, :n] *= longer

@@ -1,0 +1,350 @@
+"""Run-up and run-down of one disk: its motion while the speed of rotation changes.
+
+The disk turns by the same angle in every step, so that steps become shorter as it gains speed. The
+steps of a *stretch*, a revolution or a part of one, have one length, such that the disk is at the
+exact angle at the exact time when the stretch ends. In between it lags behind even steps while it
+gains speed, and the casing in the kernel's table is shifted by this lag. Lanes are repetitions of
+the run, which begin at evenly spaced angles of the casing.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.contact import integrate, status
+from hpcrub.contact.arrays import FLAW, UNSOLVED, arrays_of
+from hpcrub.contact.bank import allocate, empty_lane
+from hpcrub.contact.lanes import WIDTHS
+from hpcrub.contact.observers import Record
+from hpcrub.contact.retune import Speeds
+from hpcrub.model.reduction import Modes
+from hpcrub.response.band import judge
+from hpcrub.response.revolution import Grid, cut_revolution
+from hpcrub.response.scene import Scene, enough
+from hpcrub.response.schedule import Schedule
+
+MOST_REPEATS = WIDTHS[-1]
+# A stretch of several periods of the casing ends before LAG, the largest lag [rad] times the periods
+# in a turn; one of several revolutions before PART of an interval of speed, and MOST_TURNS
+LAG, PART, MOST_TURNS = 0.05, 0.25, 8
+
+
+class Asked(NamedTuple):
+    """What is recorded of a run."""
+
+    intervals_hz: np.ndarray  # borders of the intervals of speed (I + 1,) [Hz]
+    repeats: int  # number of repetitions R, at most MOST_REPEATS
+    amplitude: float = np.inf  # limits, above which seconds and cycles count [m]
+    stress: float = np.inf  # [Pa]
+    frequencies_hz: np.ndarray = np.zeros(0)  # of the spectra of the first repetition (F,) [Hz]
+
+
+@dataclass
+class Run:
+    """Results of R repetitions of a run in D legs, which rise or fall; NaN where there is none."""
+
+    envelope: np.ndarray  # largest |u_t| of any tip within an interval of speed (R, D, I) [m]
+    stress: np.ndarray  # largest stress likewise; (R, D, 0) where stresses are not observed [Pa]
+    seconds: np.ndarray  # time of the stretches whose largest values exceed a limit (R, D) [s]
+    cycles: np.ndarray  # cycles of the tip that moves furthest in these stretches (R, D)
+    worn: np.ndarray  # largest worn depth at the end of a leg (R, D) [m]; NaN without a coating
+    reason: np.ndarray  # code of ``contact.status`` against a repetition (R,) u1
+    # amplitudes of the tip that moves furthest, in the first repetition (D, I, F) [m]
+    spectrum: np.ndarray
+
+    @classmethod
+    def empty(cls, asked: Asked, n_legs: int, has_stress: bool) -> "Run":
+        """Run that has not begun."""
+        n, n_intervals = asked.repeats, len(asked.intervals_hz) - 1
+        return cls(
+            envelope=np.full((n, n_legs, n_intervals), np.nan),
+            stress=np.full((n, n_legs, n_intervals * has_stress), np.nan),
+            seconds=np.zeros((n, n_legs)),
+            cycles=np.zeros((n, n_legs)),
+            worn=np.full((n, n_legs), np.nan),
+            reason=np.zeros(n, dtype=np.uint8),
+            spectrum=np.full((n_legs, n_intervals, len(asked.frequencies_hz)), np.nan),
+        )
+
+
+class _Now(NamedTuple):
+    """A stretch of all repetitions: arrays (R,)."""
+
+    began: np.ndarray  # [s]
+    lasts: np.ndarray  # [s]
+    speed_hz: np.ndarray  # mean speed [Hz]
+    leg: np.ndarray  # int
+    interval: np.ndarray  # of speed, int
+    counts: np.ndarray  # whether the repetition has begun, and has not ended or failed
+
+
+class Runner:
+    """Integration of one run, which can be interrupted and go on with the same bits."""
+
+    def __init__(self, modes: Modes, scene: Scene, schedule: Schedule, asked: Asked) -> None:
+        """Begin at rest."""
+        self.modes, self.scene, self.schedule, self.asked = modes, scene, schedule, asked
+        n, first_hz = asked.repeats, schedule.speed_hz[0]
+        ends = schedule.speed_hz.min(), schedule.speed_hz.max()
+        whole = cut_revolution(ends[0], scene)
+        self.grid = grid = stretches(whole, schedule, asked)
+        lanes, start_hz = enough(WIDTHS, n), np.full(n, first_hz)
+        self.bank = bank = allocate(modes, scene, grid, lanes, start_hz)
+        scheme, period = bank.scheme, whole.steps_per_block
+        for table in (scheme.bump, scheme.external):
+            if table is not None:  # all periods have the bits of the first
+                table[:] = np.tile(table[:period], (len(table) // period, 1))
+        self.heights = _Shifted(scheme.bump)
+        self.load = None if scheme.external is None else _Shifted(scheme.external)
+        # steps that each repetition waits before it begins to turn
+        self.delay = np.arange(n) * period // n
+        bank.state.n_steps[:n] = -self.delay
+        self.record = Record.allocate(bank, 1, grid.stride, grid.look, 1)._replace(begin=0)
+        if scene.observes_stress:
+            self.record = self.record._replace(watched=np.arange(n))
+        self.coefficients = Speeds(
+            bank, lambda f: allocate(modes, scene, grid, len(f), f), float(first_hz), ends
+        )
+        self.run = Run.empty(asked, len(schedule.leg_ends), scene.observes_stress)
+        self.spectra = _Spectra(asked, self.run.spectrum, grid, len(modes.observed))
+        n_steps = schedule.turned[-1] * grid.steps_per_revolution * (1.0 - 1e-12)
+        self.n_stretches = int(np.ceil((n_steps + self.delay.max()) / grid.steps_per_block))
+        self.stretch, self.failed = 0, np.zeros(n, dtype=bool)
+        self.time = self._when(0)  # of every repetition now, negative before it begins [s]
+        self.last = np.zeros((scheme.observed.shape[1], n))  # displacements in the last record [m]
+
+    def go_on(self) -> Iterator[int]:
+        """Integrate stretch by stretch, and yield the number of stretches that are done."""
+        while self.stretch < self.n_stretches and not self.failed.all():
+            now = self._begin()
+            integrate.run(self.bank, 1, self.record)
+            self._keep(now)
+            self.stretch += 1
+            yield self.stretch
+
+    def result(self) -> Run:
+        """Results of a run that is over."""
+        self.spectra.write()
+        return self.run
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All that has changed since the begin, by name; `restore` takes it."""
+        parts = *self._arrays(), self.last, np.array(self.stretch)
+        return {str(k): part for k, part in enumerate(parts)} | self.spectra.state()
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from a state of the same run (self is modified)."""
+        parts = self._arrays()
+        for k, part in enumerate(parts):
+            part[...] = state[str(k)]
+        self.last, self.stretch = state[str(len(parts))], int(state[str(len(parts) + 1)])
+        self.time = self._when(self.stretch)
+        self.failed = status.are_fatal(self.run.reason)
+        self.spectra.restore(state)
+
+    def _arrays(self) -> list[np.ndarray]:
+        return [*arrays_of(self.bank), *arrays_of(self.record), *vars(self.run).values()]
+
+    def _when(self, stretch: int) -> np.ndarray:
+        """Time of every repetition at the begin of a stretch, negative before it begins [s]."""
+        n_steps = stretch * self.grid.steps_per_block - self.delay
+        return self.schedule.when(n_steps / self.grid.steps_per_revolution)
+
+    def _begin(self) -> _Now:
+        """Give all repetitions the mean speed of the coming stretch, and shift the tables."""
+        grid, plan, asked = self.grid, self.schedule, self.asked
+        per_turn, bank = grid.steps_per_revolution, self.bank
+        began, ends = self.time, self._when(self.stretch + 1)
+        lasts, first = ends - began, plan.at(began)
+        mean = grid.steps_per_block / (lasts * per_turn)
+        mean = np.where(np.abs(mean / first - 1.0) < 1e-12, first, mean)
+        self.coefficients.set(mean, 1.0 / (mean * per_turn))
+        middle = began + lasts / 2.0
+        if self.scene.running is not None or self.scene.over_time is not None:
+            bank.scheme.clearance[0, : len(mean)] = self.scene.clearances(mean, middle)
+        # of an even acceleration a in a stretch T: (T t − t²) a/2, most after T/2, in steps
+        lag = 0.125 * float(np.mean((plan.at(ends) - first) * lasts)) * per_turn
+        self.heights.shift(lag, 1)
+        if self.load:
+            self.load.shift(lag, 0)
+        legs, borders = plan.leg_ends, asked.intervals_hz
+        leg = np.minimum(np.searchsorted(legs, middle), len(legs) - 1)
+        interval = np.searchsorted(borders[1:-1], mean, side="right")
+        counts = (middle > 0.0) & (middle <= legs[-1]) & ~self.failed
+        self.time = ends
+        return _Now(began, lasts, mean, leg, interval, counts)
+
+    def _keep(self, now: _Now) -> None:
+        """Keep what a stretch has shown."""
+        n, run, record = self.asked.repeats, self.run, self.record
+        peaks, stress = record.peak[: len(self.modes.observed), :n], record.stress_peak[0, :n]
+        size = peaks.max(axis=0)
+        self._judge(peaks, size)
+        lanes = np.flatnonzero(now.counts & ~self.failed)
+        where = lanes, now.leg[lanes], now.interval[lanes]
+        run.envelope[where] = np.fmax(run.envelope[where], size[lanes])
+        if run.stress.size:
+            run.stress[where] = np.fmax(run.stress[where], stress[lanes])
+        history = record.history.reshape(-1, len(self.last), self.bank.width)
+        beyond = (size > self.asked.amplitude) | (stress > self.asked.stress)
+        for lane in lanes[beyond[lanes]]:
+            at, tip = (lane, now.leg[lane]), peaks[:, lane].argmax()
+            run.seconds[at] += now.lasts[lane]
+            run.cycles[at] += _cycles(self.last[tip, lane], history[:, tip, lane])
+        if len(self.asked.frequencies_hz) and now.counts[0]:
+            self.spectra.take(history[..., 0], now.leg[0], now.interval[0], now.speed_hz[0])
+        self.last = history[-1, :, :n].copy()
+        stress[:] = 0.0
+        if self.scene.coating:
+            self._keep_worn(now, lanes)
+
+    def _keep_worn(self, now: _Now, lanes: np.ndarray) -> None:
+        """Note the worn depth once the last stretch of a leg is over."""
+        surface: Any = self.bank.law.surface
+        ends = now.began + 1.5 * now.lasts  # the middle of the next stretch
+        later = np.searchsorted(self.schedule.leg_ends, ends)
+        for lane in lanes[later[lanes] > now.leg[lanes]]:
+            self.run.worn[lane, now.leg[lane]] = surface.worn_depth(lane).max()
+
+    def _judge(self, peaks: np.ndarray, size: np.ndarray) -> None:
+        """Find repetitions that fail, which have no result (self is modified)."""
+        most = min(self.scene.furthest, float(self.scene.interface.radius.max()))
+        report = self.bank.state.report[:, : len(size)]
+        doubtful = ~(size < most) | (report[UNSOLVED] > 0.0) | (report[FLAW] > 0.0)
+        for lane in np.flatnonzero(doubtful & ~self.failed):
+            reason = judge(self.bank, lane, peaks[:, lane], self.scene)
+            self.run.reason[lane] = reason
+            if status.are_fatal(reason):
+                self.failed[lane] = True
+                for values in (self.run.envelope, self.run.stress, self.run.seconds,
+                               self.run.cycles, self.run.worn):  # fmt: skip
+                    values[lane] = np.nan
+        for lane in np.flatnonzero(self.failed):  # its motion may be anything
+            step = self.bank.scheme.step[lane]
+            empty_lane(self.bank, lane)
+            self.bank.scheme.step[lane] = step
+
+
+class _Shifted:
+    """A table of even angles in the kernel that is shifted by a lag."""
+
+    def __init__(self, table: np.ndarray) -> None:
+        """table: (P, n), periodic (modified by `shift`)."""
+        self.table, self.even = table, table.copy()
+        after, before = np.roll(table, -1, axis=0), np.roll(table, 1, axis=0)
+        self.slope, self.bend = (after - before) / 2.0, (after + before) / 2.0 - table
+        self.work, self.lag = np.empty_like(table), 0.0
+
+    def shift(self, lag: float, first: int) -> None:
+        """Write the table for a stretch; lag: in its middle, in steps; first: step of row 0.
+
+        The parabola through three rows has a relative error of order (lag times angle of a step)³.
+        """
+        if lag == self.lag:
+            return
+        self.lag, n = lag, len(self.table)
+        t = (np.arange(n)[:, None] + first) / n
+        off = -4.0 * lag * t * (1.0 - t)
+        np.multiply(self.bend, off, out=self.work)
+        self.work += self.slope
+        self.work *= off
+        np.add(self.work, self.even, out=self.table)
+
+
+class Stretches(NamedTuple):
+    """Division of a revolution into steps, and of a run into stretches, as the kernel's blocks."""
+
+    steps_per_revolution: int
+    steps_per_block: int
+    stride: int
+    look: int
+
+
+def stretches(grid: Grid, schedule: Schedule, asked: Asked) -> Stretches:
+    """Stretches of as many periods of the casing as LAG allows, and MOST_TURNS.
+
+    They are short against the time in an interval of speed, unless a revolution is longer.
+    grid: of the slowest speed, with a block for each period of the casing, or for several.
+    """
+    n, fastest = grid.blocks_per_revolution, float(np.abs(schedule.slopes).max())
+    if fastest > 0.0:
+        # lag a T²/8 in turns
+        lasts = np.sqrt(8.0 * LAG / (2.0 * np.pi * n * fastest))
+        part = PART * float(np.diff(asked.intervals_hz).min()) / fastest
+        lasts = min(lasts, max(part, 1.0 / float(schedule.speed_hz.min())))
+    else:
+        lasts = np.inf
+    n_blocks = max(1, int(min(lasts * float(schedule.speed_hz.min()), MOST_TURNS) * n))
+    n_steps = n_blocks * grid.steps_per_block
+    return Stretches(grid.steps_per_revolution, n_steps, grid.stride, grid.look)
+
+
+def _cycles(before: float, record: np.ndarray) -> float:
+    """Upward crossings of the mean in a record (M,), which follows a value before."""
+    above = np.append(before, record) > record.mean()
+    return float(np.count_nonzero(above[1:] & ~above[:-1]))
+
+
+class _Spectra:
+    """Spectra of a repetition, one for each interval of speed."""
+
+    def __init__(self, asked: Asked, spectrum: np.ndarray, grid: Stretches, n_rows: int) -> None:
+        """spectrum: (D, I, F), filled as intervals are complete (modified)."""
+        self.asked, self.spectrum, self.n_rows = asked, spectrum, n_rows
+        self.records_per_turn = grid.steps_per_revolution / grid.stride
+        self.place: tuple[int, int] = (-1, -1)
+        self.kept: list[np.ndarray] = []
+        self.speeds: list[float] = []
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What was taken of an interval that is not over, by name."""
+        kept = np.concatenate(self.kept) if self.kept else np.zeros((0, self.n_rows))
+        return {"kept": kept, "speeds": np.array(self.speeds), "place": np.array(self.place)}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from a `state` (self is modified)."""
+        self.kept = [state["kept"]] if len(state["kept"]) else []
+        leg, interval = state["place"].tolist()
+        self.speeds, self.place = state["speeds"].tolist(), (leg, interval)
+
+    def take(self, history: np.ndarray, leg: int, interval: int, speed_hz: float) -> None:
+        """Take the records (M, O) of a stretch; write the spectrum of an interval that is over."""
+        if self.place != (leg, interval):
+            self.write()
+            self.place = int(leg), int(interval)
+        self.kept.append(history[:, : self.n_rows].copy())
+        self.speeds.append(float(speed_hz))
+
+    def write(self) -> None:
+        """Write the spectrum of what was taken, by a Hann window over equal angles."""
+        if not self.kept:
+            return
+        records, mean_hz = np.concatenate(self.kept), float(np.mean(self.speeds))
+        tip = np.abs(records).max(axis=0).argmax()
+        window = np.hanning(len(records) + 2)[1:-1]
+        size = np.abs(np.fft.rfft(records[:, tip] * window)) * 2.0 / window.sum()
+        order = np.arange(len(size)) * self.records_per_turn / len(records)
+        at = np.interp(self.asked.frequencies_hz, order * mean_hz, size, right=0.0)
+        self.spectrum[self.place] = np.fmax(self.spectrum[self.place], at)
+        self.kept, self.speeds = [], []
+
+
+def run_up(
+    modes: Modes,
+    scene: Scene,
+    schedule: Schedule,
+    asked: Asked,
+    poll: Callable[[], object] | None = None,
+) -> Run:
+    """Integrate a whole run of one disk.
+
+    modes: of the disk; poll: called without arguments after every stretch; an exception from it
+    ends the run.
+    """
+    runner = Runner(modes, scene, schedule, asked)
+    for _ in runner.go_on():
+        if poll is not None:
+            poll()
+    return runner.result()
