@@ -112,6 +112,9 @@ class Casing(Section):
     clearance_hz_mm: Curve | None = None
     """clearance over the speed in place of clearance_mm: points of a speed [Hz] and a clearance
     [mm], with straight lines between them; or a file with columns speed_hz and clearance_mm"""
+    clearance_s_mm: Curve | None = None
+    """clearance over the time of a run-up in place of clearance_mm: points of a time [s] and a
+    clearance [mm], with straight lines between them; or a file with columns time_s, clearance_mm"""
     clearance_offset_mm: Millimetres = 0.0
     """what is added to the clearance at every speed, such as the reserve that a threshold study
     searches for beside clearance_hz_mm [mm]"""
@@ -160,7 +163,8 @@ class Casing(Section):
     @property
     def is_resolved(self) -> bool:
         """Whether the files of profile and clearance, if any, have been read."""
-        return not (self.profile_is_missing or isinstance(self.clearance_hz_mm, str))
+        curves = self.clearance_hz_mm, self.clearance_s_mm
+        return not (self.profile_is_missing or any(isinstance(curve, str) for curve in curves))
 
     @property
     def vibrates(self) -> bool:
@@ -185,9 +189,18 @@ class Casing(Section):
             return tuple((f, (c + offset) / 1000) for f, c in self.clearance_hz_mm)
         return None
 
+    @property
+    def over_time(self) -> tuple[tuple[float, float], ...] | None:
+        """Points of time [s] of a run-up and clearance [m]; None if it does not depend on time."""
+        if isinstance(self.clearance_s_mm, str):
+            raise InputError(f"casing.clearance_s_mm: {self.clearance_s_mm} is not read yet")
+        points = self.clearance_s_mm
+        return points and tuple((t, (c + self.clearance_offset_mm) / 1000) for t, c in points)
+
     def clearances(self, speeds_hz: float | np.ndarray) -> Any:
-        """Clearance [m] at speeds [Hz], of any shape."""
-        same_at_all = ((0.0, (self.clearance_mm + self.clearance_offset_mm) / 1000),)
+        """Clearance [m] at speeds [Hz], of any shape; over the time of a run-up the smallest."""
+        least = min((c for _, c in self.clearance_s_mm or ()), default=self.clearance_mm)
+        same_at_all = ((0.0, (least + self.clearance_offset_mm) / 1000),)
         return np.interp(speeds_hz, *np.array(self.running or same_at_all).T)
 
     @property

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.config import aero, resolution
+from hpcrub.config import aero, resolution, run_up
 from hpcrub.config.text import counted, flatten, lines_of, show
 
 MAX_SPEEDS = 100_000
@@ -39,6 +39,10 @@ GOES_WITH = {
         "mistuning.intentional_percent",
     ),
     "limits.stress_mpa": ("limits.static_mpa", "limits.strength_mpa"),
+    "no run_up.speed_s_hz": tuple(
+        f"run_up.{key}" for key in ("from_hz", "to_hz", "hz_per_s", "hold_s", "passes")
+    ),
+    "no casing.clearance_hz_mm": ("casing.clearance_s_mm",),
 }
 # The same of keys that are not refused, but have no effect without it.
 USELESS_WITHOUT = {
@@ -46,6 +50,7 @@ USELESS_WITHOUT = {
     "study: rare": ("limits.probability_error", "limits.probability_below"),
     "limits.stress_mpa": ("limits.stress_mpa_per_mm",),
     "no casing.clearance_hz_mm": ("casing.clearance_mm",),
+    "study: run_up or threshold or rare": ("casing.clearance_s_mm", "run_up"),
     "casing.profile_csv or casing.profile_mm": ("casing.smoothing_mm",),
     "no material.damping_ratios": ("material.damping_ratio",),
     "steady_state.rule: ensemble": ("steady_state.max_error",),
@@ -71,6 +76,7 @@ def problems(config: Any) -> Iterator[str]:
     yield from _run_problems(config)
     yield from _pattern_problems(config)
     yield from _part_problems(config)
+    yield from run_up.problems(config)
 
 
 def keys_without_effect(config: Any) -> Iterator[str]:

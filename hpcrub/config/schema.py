@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import ValidationError, model_validator
 
 from hpcrub.config import checks as config_checks
-from hpcrub.config import resolution, samples, sections, study_keys, yaml_text
+from hpcrub.config import resolution, run_up, samples, sections, study_keys, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
 from hpcrub.config.aero import Aero
@@ -55,6 +55,7 @@ class Config(Section):
     checklist: study_keys.Checklist = study_keys.Checklist()
     patterns: study_keys.Patterns = study_keys.Patterns()
     threshold: study_keys.Threshold = study_keys.Threshold()
+    run_up: study_keys.RunUp = study_keys.RunUp()
 
     def __init__(self, /, **keys: Any) -> None:
         """Validate sections and keys. Raises InputError as `from_yaml`."""
@@ -72,6 +73,9 @@ class Config(Section):
         elif (asked := samples.of_question(self)) is not None:
             last = type(self.mistuning).model_fields["half_range_percent"].default[-1:]
             self._fill_in("mistuning", {"samples": asked, "half_range_percent": last})
+        if run_up.runs_up(self):
+            low, high = sorted(run_up.ends_of(self))
+            self._fill_in("speeds", {"from_hz": low, "to_hz": high})
         if self.contact.law != "rigid":  # the end of a long step takes stored energy
             self._fill_in("time", {"step_s": SPRING_BACK_S})
         casing = self.casing.model_copy()

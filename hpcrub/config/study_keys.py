@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from hpcrub.config.types import MOST_SAMPLES, Deviations, Number, Section, Whole, si
+from hpcrub.config.types import (
+    MOST_SAMPLES,
+    Curve,
+    Deviations,
+    Number,
+    Section,
+    Switch,
+    Whole,
+    si,
+)
 
 _MODULES = pkgutil.iter_modules([str(Path(__file__).parents[1] / "studies")])
 # every module of `hpcrub/studies` but `shared` is a study of that name
@@ -20,6 +29,8 @@ Diameter = Annotated[Whole, Field(ge=1, le=100)]
 Bound = Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)]
 Diameters = Annotated[tuple[Diameter, ...], Field(min_length=1, max_length=100)]
 Bounds = Annotated[tuple[Bound, ...], Field(min_length=2, max_length=2)]
+Rate = Annotated[Number, Field(gt=0, le=1e4)]
+Rates = Annotated[tuple[Rate, ...], Field(min_length=1, max_length=20)]
 MOST_VALUES = 1025  # of a threshold study
 
 
@@ -69,6 +80,32 @@ class Threshold(Section):
         steps = np.ceil(2.0 * (self.highest - self.lowest) / self.tolerance - 1e-9)
         n = 1 + int(np.clip(steps, 1, MOST_VALUES - 1))
         return np.round(np.linspace(self.lowest, self.highest, n), 10)
+
+
+class RunUp(Section):
+    """How the rotor gains and loses speed."""
+
+    from_hz: Number | None = Field(None, ge=1e-6, le=1e5)
+    """speed at the begin; null: speeds.from_hz [Hz]"""
+    to_hz: Number | None = Field(None, ge=1e-6, le=1e5)
+    """speed at the end, or where the rotor turns back; below from_hz for a run-down; null:
+    speeds.to_hz [Hz]"""
+    hz_per_s: Rates = (1.0,)
+    """rates at which the speed changes, each a run of its own [Hz/s]"""
+    hold_s: Number = Field(0.0, ge=0, le=1e6)
+    """time at to_hz [s]"""
+    back: Switch = False
+    """whether the rotor comes back to from_hz in the end, at the same rate; a table says so, too"""
+    passes: Whole = Field(1, ge=1, le=100)
+    """times that the rotor goes to to_hz, coming back in between, as for running in a coating"""
+    speed_s_hz: Curve | None = None
+    """speed over the time in place of all these: points of a time, from 0 on [s], and a speed [Hz],
+    with straight lines between them; or a file with columns time_s and speed_hz"""
+    repeats: Whole = Field(8, ge=1, le=8)
+    """repetitions of every run of a disk, which begin at evenly spaced angles of the casing"""
+    interval_hz: Number | None = Field(None, ge=1e-6, le=1e5)
+    """width of the intervals of speed in which the largest displacements are kept; null: a 64th of
+    the range, or what the fastest run gains in a revolution [Hz]"""
 
 
 class Part(Section):

@@ -16,7 +16,6 @@ import numpy as np
 from hpcrub.contact import integrate, status
 from hpcrub.contact.arrays import FLAW, UNSOLVED, arrays_of
 from hpcrub.contact.bank import allocate, empty_lane
-from hpcrub.contact.lanes import WIDTHS
 from hpcrub.contact.observers import Record
 from hpcrub.contact.retune import Speeds
 from hpcrub.model.reduction import Modes
@@ -25,7 +24,7 @@ from hpcrub.response.revolution import Grid, cut_revolution
 from hpcrub.response.scene import Scene, enough
 from hpcrub.response.schedule import Schedule
 
-MOST_REPEATS = WIDTHS[-1]
+LANES = 4, 8  # numbers of lanes for repetitions
 # A stretch of several periods of the casing ends before LAG, the largest lag [rad] times the periods
 # in a turn; one of several revolutions before PART of an interval of speed, and MOST_TURNS
 LAG, PART, MOST_TURNS = 0.05, 0.25, 8
@@ -35,7 +34,7 @@ class Asked(NamedTuple):
     """What is recorded of a run."""
 
     intervals_hz: np.ndarray  # borders of the intervals of speed (I + 1,) [Hz]
-    repeats: int  # number of repetitions R, at most MOST_REPEATS
+    repeats: int  # number of repetitions R, at most 8
     amplitude: float = np.inf  # limits, above which seconds and cycles count [m]
     stress: float = np.inf  # [Pa]
     frequencies_hz: np.ndarray = np.zeros(0)  # of the spectra of the first repetition (F,) [Hz]
@@ -76,7 +75,7 @@ class _Now(NamedTuple):
     lasts: np.ndarray  # [s]
     speed_hz: np.ndarray  # mean speed [Hz]
     leg: np.ndarray  # int
-    interval: np.ndarray  # of speed, int
+    interval: np.ndarray  # lowest and highest interval of speed that it is in (2, R) int
     counts: np.ndarray  # whether the repetition has begun, and has not ended or failed
 
 
@@ -90,7 +89,7 @@ class Runner:
         ends = schedule.speed_hz.min(), schedule.speed_hz.max()
         whole = cut_revolution(ends[0], scene)
         self.grid = grid = stretches(whole, schedule, asked)
-        lanes, start_hz = enough(WIDTHS, n), np.full(n, first_hz)
+        lanes, start_hz = enough(LANES, n), np.full(n, first_hz)
         self.bank = bank = allocate(modes, scene, grid, lanes, start_hz)
         scheme, period = bank.scheme, whole.steps_per_block
         for table in (scheme.bump, scheme.external):
@@ -171,7 +170,8 @@ class Runner:
             self.load.shift(lag, 0)
         legs, borders = plan.leg_ends, asked.intervals_hz
         leg = np.minimum(np.searchsorted(legs, middle), len(legs) - 1)
-        interval = np.searchsorted(borders[1:-1], mean, side="right")
+        ends_hz = np.sort([first, plan.at(ends)], axis=0)
+        interval = np.searchsorted(borders[1:-1], ends_hz, side="right")
         counts = (middle > 0.0) & (middle <= legs[-1]) & ~self.failed
         self.time = ends
         return _Now(began, lasts, mean, leg, interval, counts)
@@ -183,10 +183,12 @@ class Runner:
         size = peaks.max(axis=0)
         self._judge(peaks, size)
         lanes = np.flatnonzero(now.counts & ~self.failed)
-        where = lanes, now.leg[lanes], now.interval[lanes]
-        run.envelope[where] = np.fmax(run.envelope[where], size[lanes])
-        if run.stress.size:
-            run.stress[where] = np.fmax(run.stress[where], stress[lanes])
+        low, high = now.interval[:, lanes]
+        for beyond_low in range(int((high - low).max(initial=-1)) + 1):
+            where = lanes, now.leg[lanes], np.minimum(low + beyond_low, high)
+            run.envelope[where] = np.fmax(run.envelope[where], size[lanes])
+            if run.stress.size:
+                run.stress[where] = np.fmax(run.stress[where], stress[lanes])
         history = record.history.reshape(-1, len(self.last), self.bank.width)
         beyond = (size > self.asked.amplitude) | (stress > self.asked.stress)
         for lane in lanes[beyond[lanes]]:
@@ -194,7 +196,7 @@ class Runner:
             run.seconds[at] += now.lasts[lane]
             run.cycles[at] += _cycles(self.last[tip, lane], history[:, tip, lane])
         if len(self.asked.frequencies_hz) and now.counts[0]:
-            self.spectra.take(history[..., 0], now.leg[0], now.interval[0], now.speed_hz[0])
+            self.spectra.take(history[..., 0], now.leg[0], now.interval[0, 0], now.speed_hz[0])
         self.last = history[-1, :, :n].copy()
         stress[:] = 0.0
         if self.scene.coating:

@@ -27,6 +27,7 @@ class Cost(NamedTuple):
     """Amount of work in all tasks of a study together, on any machine."""
 
     sweeps: int = 0  # over all speeds, each followed until its motion is steady
+    steps: float = 0.0  # of all lanes, of motions of a known length
     histories: float = 0.0  # [s] simulated at all speeds while the motion is kept
     disks: int = 0  # eigenproblems, each with the linear responses
 
@@ -46,7 +47,8 @@ class Trial(NamedTuple):
         kept = cost.histories * lanes / config.step / self.history_steps_per_second
         simulated = cost.sweeps * config.speeds.n_values * self.until_steady
         sought = simulated / config.step / self.steps_per_second
-        return sought + kept + cost.disks * self.seconds_per_disk
+        run = cost.steps / self.steps_per_second
+        return sought + kept + run + cost.disks * self.seconds_per_disk
 
 
 def trial(

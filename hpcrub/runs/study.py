@@ -281,7 +281,7 @@ class Run(NamedTuple):
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
         if config.is_part and "part" not in study.sections:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
-        if study.integrates and "history" not in study.sections:  # motions until they are steady
+        if study.integrates and not {"history", "run_up"} & set(study.sections):  # until steady
             yield from plausibility.steady_problems(config)
         yield from study.problems(config)
 

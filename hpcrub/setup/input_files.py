@@ -15,8 +15,13 @@ from hpcrub.setup import imported
 
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
 WAVE_COLUMNS = "diameters", "damping_ratio", "frequency_shift"
-CLEARANCE_COLUMNS = "speed_hz", "clearance_mm"
-MOST_MODES, MOST_WAVES, MOST_SPEEDS = 100, 1000, 1000  # rows that the keys of tables can hold
+# columns of the tables of curves
+CURVES = {
+    "casing.clearance_hz_mm": ("speed_hz", "clearance_mm"),
+    "casing.clearance_s_mm": ("time_s", "clearance_mm"),
+    "run_up.speed_s_hz": ("time_s", "speed_hz"),
+}
+MOST_MODES, MOST_WAVES, MOST_POINTS_OF_CURVE = 100, 1000, 1000  # rows that keys of tables can hold
 
 
 def resolved(config: Config) -> Config:
@@ -37,9 +42,12 @@ def resolved(config: Config) -> Config:
 def with_tables(config: Config) -> Config:
     """Complete a configuration from its tables only; a model file may be too large to read."""
     casing, aero, mistuning = config.casing, config.aero, config.mistuning
-    if isinstance(path := casing.clearance_hz_mm, str):
-        points = _table("casing.clearance_hz_mm", path, CLEARANCE_COLUMNS, MOST_SPEEDS)
-        config = config.replace({"casing.clearance_hz_mm": points.tolist()})
+    curves = {
+        key: _table(key, path, columns, MOST_POINTS_OF_CURVE).tolist()
+        for key, columns in CURVES.items()
+        if isinstance(path := config.value(key), str)
+    }
+    config = config.replace(curves) if curves else config
     config = _filled(config, casing.profile_csv, casing.profile_mm, _profile)
     config = _filled(config, casing.modes_csv, casing.modes, _modes)
     config = _filled(config, aero.waves_csv, aero.waves, _waves)

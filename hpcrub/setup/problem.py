@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.config import resolution
+from hpcrub.config import resolution, run_up
 from hpcrub.config.schema import Config
 from hpcrub.contact.cyclic import Cyclic
 from hpcrub.contact.dense import Dense
@@ -18,6 +18,7 @@ from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import ReducedModel, craig_bampton
 from hpcrub.model.tuned_basis import TunedBasis, tuned_basis
 from hpcrub.response.revolution import speed_bands
+from hpcrub.response.run_up import LANES as REPEATS
 from hpcrub.response.scene import RECORD_INTERVAL, Scene, enough
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup import imported, second_order
@@ -160,6 +161,7 @@ def scene_of(config: Config, interface: Interface | None = None) -> Scene:
         casing=config.casing.shape,
         clearance=config.clearance,
         running=config.casing.running,
+        over_time=config.casing.over_time if run_up.runs_up(config) else None,
         ramp_time=config.casing.growth_time,
         friction=contact.friction,
         load=config.forcing.amplitude if config.forcing.in_contact else 0.0,
@@ -184,6 +186,8 @@ def _lanes(config: Config, are_shared: bool = False) -> Any:
 
     are_shared: whether the samples fill the lanes together.
     """
+    if run_up.runs_up(config):
+        return (enough(REPEATS, config.run_up.repeats),)
     fit = enough(WIDTHS, max(map(len, speed_bands(config.speeds.values_hz))))
     fit = WIDTHS[-1] if are_shared else fit
     many = config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None]

@@ -143,13 +143,18 @@ def open_contact(path: str | Path) -> ResultFile:
     return ResultFile(path, check=check)
 
 
-def require_complete(file: ResultFile, config: Config) -> None:
-    """Raise InputError unless an open contact study is complete, with the physics of `config`."""
+def require_complete(
+    file: ResultFile, config: Config, apart: tuple[str, ...] = APART
+) -> None:
+    """Raise InputError unless an open contact study is complete, with the physics of `config`.
+
+    apart: begins of keys in which both may differ.
+    """
     path = file.path
     if file.config.is_part:
         raise InputError(f"sources: {path} is a part; merge all parts (hpcrub merge)")
     n_pending = int(np.count_nonzero(file.status == PENDING))
     if n_pending and not file.config.convergence.stop_when_converged:
         raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")
-    if other := [d for d in differences(file.config, config) if not d.startswith(APART)]:
+    if other := [d for d in differences(file.config, config) if not d.startswith(apart)]:
         raise InputError(f"sources: {path} has {'; '.join(other)}")

@@ -1,0 +1,123 @@
+"""Runs of a rotor that gains and loses speed, from the section `run_up` of an input.
+
+All functions take a `Config`, whose module imports this one.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from hpcrub.config.text import lines_of
+from hpcrub.response.schedule import Schedule
+
+N_INTERVALS = 64  # intervals of speed, if the input does not say
+MOST_INTERVALS = 2000
+MOST_TURNS = 1e8  # revolutions of a run
+OF_TRIALS = "threshold", "rare"  # studies whose disks run up where an input says so
+
+
+def runs_up(c: Any) -> bool:
+    """Whether the disks of a study run up, instead of turning at constant speeds."""
+    return c.study == "run_up" or (c.study in OF_TRIALS and bool(c.run_up.model_fields_set))
+
+
+def ends_of(c: Any) -> tuple[float, float]:
+    """Speeds at the begin and at the end of the way there [Hz]; of a table the lowest, highest."""
+    table = c.run_up.speed_s_hz
+    if isinstance(table, tuple):
+        speeds = [speed for _, speed in table]
+        return min(speeds), max(speeds)
+    first, last = c.run_up.from_hz, c.run_up.to_hz
+    return c.speeds.from_hz if first is None else first, c.speeds.to_hz if last is None else last
+
+
+def schedules(c: Any) -> list[Schedule]:
+    """Speed over the time of every run: one of a table, else one for each rate."""
+    run = c.run_up
+    if run.speed_s_hz is not None:
+        return [Schedule(*np.array(run.speed_s_hz).T)]
+    how = run.hold_s, run.back, run.passes
+    return [Schedule.of_rate(*ends_of(c), rate, *how) for rate in run.hz_per_s]
+
+
+def rates(c: Any) -> np.ndarray:
+    """Rate of every run [Hz/s]; of a table the largest."""
+    if c.run_up.speed_s_hz is None:
+        return np.array(c.run_up.hz_per_s)
+    return np.array([np.abs(schedules(c)[0].slopes).max()])
+
+
+def intervals(c: Any) -> np.ndarray:
+    """Borders of the intervals of speed (I + 1,) [Hz]."""
+    low, high = sorted(ends_of(c))
+    width = c.run_up.interval_hz or max((high - low) / N_INTERVALS, rates(c).max() / low)
+    n = int(np.clip(round((high - low) / width), 1, MOST_INTERVALS))
+    return np.linspace(low, high, n + 1)
+
+
+def problems(c: Any) -> Iterator[str]:
+    """Yield error lines about runs that cannot be."""
+    table, over_time = c.run_up.speed_s_hz, c.casing.clearance_s_mm
+    if isinstance(table, str) or isinstance(over_time, str):
+        return  # their files are not read yet
+    if lines := [*_table_problems(c, table or ())]:
+        yield from lines
+        return
+    if not runs_up(c):
+        return
+    low, high = sorted(ends_of(c))
+    yield from lines_of(
+        (low < c.speeds.from_hz or high > c.speeds.to_hz,
+         f"run_up.to_hz: a run from {low:g} to {high:g} Hz is not within speeds.from_hz, "
+         f"{c.speeds.from_hz:g}, and speeds.to_hz, {c.speeds.to_hz:g}; leave these out"),
+        (low == high and table is None,
+         f"run_up.to_hz: {high:g} is run_up.from_hz, too: the rotor gains no speed"),
+    )  # fmt: skip
+    if low == high and table is None:
+        return
+    n = (high - low) / (c.run_up.interval_hz or high)
+    longest = max(schedules(c), key=lambda run: run.time[-1])
+    if n > MOST_INTERVALS:
+        yield (
+            f"run_up.interval_hz: {c.run_up.interval_hz:g} divides {high - low:g} Hz into more "
+            f"than {MOST_INTERVALS:,} intervals"
+        )
+    if longest.turned[-1] > MOST_TURNS:
+        yield f"run_up.hz_per_s: a run of {longest.turned[-1]:.2g} revolutions; up to 1e8 can be"
+    yield from _clearance_problems(over_time or (), float(longest.time[-1]))
+
+
+def _table_problems(c: Any, table: Any) -> Iterator[str]:
+    """Error lines about a table of speeds over the time."""
+    times, speeds = [t for t, _ in table], [f for _, f in table]
+    if not times:
+        return
+    back = {np.sign(b - a) for a, b in pairwise(speeds)} >= {-1.0, 1.0}
+    yield from lines_of(
+        (times[0] != 0.0, f"run_up.speed_s_hz: the first time is {times[0]:g} s, not 0"),
+        (any(a >= b for a, b in pairwise(times)),
+         "run_up.speed_s_hz: the times of the points are not increasing"),
+        (not 1e-6 <= min(speeds) <= max(speeds) <= 1e5,
+         f"run_up.speed_s_hz: speeds from {min(speeds):g} to {max(speeds):g} Hz; 1e-6 to 100,000 Hz "
+         "are allowed"),
+        (back and not c.run_up.back,
+         "run_up.speed_s_hz: the speed turns back; if that is meant, say run_up.back: true"),
+    )  # fmt: skip
+
+
+def _clearance_problems(table: Any, lasts: float) -> Iterator[str]:
+    """Error lines about a table of clearances over the time of runs, the longest of which lasts."""
+    times, gaps = [t for t, _ in table], [c for _, c in table]
+    if not times:
+        return
+    yield from lines_of(
+        (any(a >= b for a, b in pairwise(times)),
+         "casing.clearance_s_mm: the times of the points are not increasing"),
+        (times[0] > 0.0 or times[-1] < lasts * (1.0 - 1e-9),
+         f"casing.clearance_s_mm: points from {times[0]:g} to {times[-1]:g} s say nothing of a run "
+         f"of {lasts:.6g} s"),
+        (not 0.0 <= min(gaps) <= max(gaps) <= 1e4,
+         f"casing.clearance_s_mm: {min(gaps):g} mm; a clearance from 0 up to 10,000 mm is allowed"),
+    )  # fmt: skip

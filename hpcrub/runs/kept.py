@@ -1,0 +1,72 @@
+"""State of a long task beside its result file, from which a later run goes on with the same bits."""
+
+import contextlib
+import hashlib
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+from zipfile import BadZipFile
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.config.types import without_suffix
+from hpcrub.errors import Interrupted
+from hpcrub.results import ownership, provenance
+
+EVERY = 60.0  # [s] between two states of a task
+
+
+class Resumable(Protocol):
+    """A long computation whose state can be kept."""
+
+    def go_on(self) -> Iterator[int]:
+        """Go on, and yield where it can be interrupted."""
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All that has changed since the begin, by name."""
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from a state."""
+
+
+class Kept:
+    """The kept state of one task, in a file that is replaced in one step."""
+
+    def __init__(self, config: Config, task: Iterable[Any]) -> None:
+        """task: numbers that name the task."""
+        name = "-".join(map(str, task))
+        self.path = Path(f"{without_suffix(config.output)}.task-{name}.npz")
+        words = f"{config.to_yaml()} {provenance.program_text()}"
+        self.origin = np.array(hashlib.sha256(words.encode()).hexdigest())
+        self.saved = time.monotonic()
+
+    def finish(self, work: Resumable, poll: Any) -> None:
+        """Go on from the kept state, if there is one, to the end; keep the state in between.
+
+        poll: called often. Raises what it raises, after the state is kept.
+        """
+        with contextlib.suppress(OSError, ValueError, KeyError, BadZipFile):
+            with np.load(self.path) as state:
+                if state["origin"] == self.origin:
+                    work.restore(state)
+        for _ in work.go_on():
+            try:
+                poll()
+            except Interrupted:
+                self._save(work)
+                raise
+            if time.monotonic() - self.saved > EVERY:
+                self._save(work)
+
+    def _save(self, work: Resumable) -> None:
+        self.saved = time.monotonic()
+        with contextlib.suppress(OSError):  # without it a later run begins the task anew
+            with ownership.replacing(self.path) as part, open(part, "wb") as file:
+                np.savez(file, origin=self.origin, **work.state())
+
+    def forget(self) -> None:
+        """Remove the state of a task that is in the result file."""
+        with contextlib.suppress(OSError):
+            self.path.unlink(missing_ok=True)

@@ -1,0 +1,245 @@
+"""Run-up and run-down of many disks: the tuned disk, and all samples of all levels.
+
+Every disk runs up at every rate, with repetitions that begin at evenly spaced angles of the casing:
+what they scatter is chance, what disks scatter is mistuning.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hpcrub.config import run_up
+from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
+from hpcrub.contact import status
+from hpcrub.errors import InputError
+from hpcrub.response.run_up import Run, Runner
+from hpcrub.response.revolution import cut_revolution
+from hpcrub.results.layout import PENDING, Dataset, Values
+from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import Finding
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.job import Round
+from hpcrub.runs.kept import Kept
+from hpcrub.runs.study import Poll, Study
+from hpcrub.setup.disks import deviation, rubbing_modes, run_deviation, sigma_of
+from hpcrub.setup.problem import Problem, scene_of
+from hpcrub.setup.run_up import asked_of
+from hpcrub.studies.contact.study import APART, open_contact, require_complete
+from hpcrub.studies.run_up import summary
+
+_RUN = ("rate", "repetition", "leg")
+_TIP = "largest tangential displacement of any tip"
+OF_DISK = (
+    Dataset("envelope_m", (*_RUN, "interval"), "m", f"{_TIP} in an interval of speed"),
+    Dataset("peak_amplitude_m", _RUN, "m", f"{_TIP} in a leg"),
+    Dataset("peak_speed_hz", _RUN, "Hz", "middle of the interval of speed where it is reached"),
+    Dataset("seconds_above_s", _RUN, "s", "time in which a limit is exceeded, to a revolution"),
+    Dataset("cycles_above", _RUN, "1", "cycles of the tip that moves furthest in this time"),
+    Dataset("run_reason", _RUN[:2], "1", status.POINT_REASON, "u1"),
+)
+OF_STRESS = (
+    Dataset("envelope_stress_pa", (*_RUN, "interval"), "Pa", "largest stress in an interval"),
+    Dataset("peak_stress_pa", _RUN, "Pa", "largest stress in a leg"),
+)
+OF_COATING = (Dataset("worn_depth_m", _RUN, "m", "largest worn depth at the end of a leg"),)
+LAYOUT = (
+    Dataset("hz_per_s", ("rate",), "Hz/s", "rates at which the speed changes; of a table the largest"),
+    Dataset("interval_hz", ("interval",), "Hz", "middles of the intervals of speed"),
+    Dataset("rises", ("leg",), "1", "legs: 1 the speed rises, 0 it falls", "u1"),
+    Dataset("half_range", ("level",), "1", "mistuning levels: largest deviation of a stiffness"),
+    Dataset("sigma", ("level",), "1", "mistuning levels: standard deviation of a stiffness"),
+    Dataset("frequency_hz", ("frequency",), "Hz", "frequencies of the spectra"),
+    Dataset(
+        "tuned/spectrum_m", ("rate", "leg", "interval", "frequency"), "m",
+        "amplitudes of the tip that moves furthest in an interval, in the first repetition"),
+    Dataset("tuned/half_step_peak_m", _RUN, "m", "peak_amplitude_m with half the time step"),
+    Dataset("samples/deviation", ("level", "sample", "blade"), "1", "stiffness deviations"),
+    Dataset(
+        "samples/amplification", ("level", "sample", "rate", "leg"), "1",
+        "median peak of the repetitions over that of the tuned disk in the same leg"),
+    Dataset("status", ("disk", "rate"), "1", "0 pending, 1 done; disk 0 is tuned, then come the "
+            "samples by number, of each all levels", "u1"),
+)  # fmt: skip
+STEADY = (
+    Dataset("steady_speed_hz", ("steady_speed",), "Hz", "speeds of the contact study of sources"),
+    Dataset("tuned/steady_amplitude_m", ("steady_speed",), "m", "its amplitude of the tuned disk"),
+    Dataset("tuned/steady_reference_m", (), "m", "its reference"),
+    Dataset("samples/steady_peak_m", ("level", "sample"), "m", "its peak of the same disk"),
+)
+
+
+class RunUp(Study):
+    """Disks while the rotor gains and loses speed."""
+
+    name = "run_up"
+    what = "run-up and run-down in time, percentiles over the rates"
+    sections = ("run_up", "spectrum")
+    scales = {
+        "rate": "hz_per_s", "interval": "interval_hz", "level": "half_range",
+        "frequency": "frequency_hz", "steady_speed": "steady_speed_hz",
+    }  # fmt: skip
+    integrates = True
+    of_tasks = False
+    unit = "runs"
+    report = staticmethod(summary.report)
+    answer = staticmethod(summary.answer)
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets of the result file."""
+        extra = OF_STRESS * config.observes_stress + OF_COATING * config.contact.wears
+        of_disk = *OF_DISK, *extra
+        samples = ("level", "sample")
+        return (
+            *LAYOUT,
+            *(line._replace(name=f"tuned/{line.name}") for line in of_disk),
+            *(
+                line._replace(name=f"samples/{line.name}", dimensions=samples + line.dimensions)
+                for line in of_disk
+            ),
+            *(STEADY if config.sources else ()),
+        )
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Lengths of this study's own dimensions."""
+        runs = run_up.schedules(config)
+        return {
+            "rate": len(runs),
+            "repetition": config.run_up.repeats,
+            "leg": len(runs[0].leg_ends),
+            "interval": len(run_up.intervals(config)) - 1,
+            "frequency": config.spectrum.n_frequencies,
+            "disk": 1 + len(config.levels) * len(config.samples),
+        }
+
+    def source_sizes(self, config: Config) -> dict[str, int]:
+        """Number of speeds of the contact study in `sources`."""
+        if not config.sources:
+            return {}
+        with open_contact(config.sources[0]) as file:
+            return {"steady_speed": file.config.speeds.n_values}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """Rates, intervals and levels, and the steady study of the same disks."""
+        borders, schedule = run_up.intervals(config), run_up.schedules(config)[0]
+        return {
+            "hz_per_s": run_up.rates(config),
+            "interval_hz": (borders[1:] + borders[:-1]) / 2.0,
+            "rises": schedule.leg_rises,
+            "half_range": config.mistuning.half_range[list(config.levels)],
+            "sigma": sigma_of(config),
+            "sample": np.array(config.samples),
+            "frequency_hz": asked_of(config, spectra=True).frequencies_hz,
+            **(_steady(config) if config.sources else {}),
+        }
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        if len(config.sources) > 1:
+            yield f"sources: {len(config.sources)} result files given, a run_up takes one at most"
+
+    def cost(self, config: Config) -> Cost:
+        """Steps of all repetitions of all disks, and of the tuned disk with half the step."""
+        per_turn = cut_revolution(min(run_up.ends_of(config)), scene_of(config)).steps_per_revolution
+        n_disks = len(config.levels) * len(config.samples)
+        turns = sum(run.turned[-1] for run in run_up.schedules(config))
+        lanes = scene_of(config).lanes[0]
+        return Cost(steps=(n_disks + 3) * turns * per_turn * lanes, disks=n_disks + 1)
+
+    def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
+        """Warnings of any study in time, and the force by the gain of speed, which is left out."""
+        yield from super().warnings(config, prepared)
+        yield from summary.euler_line(config, prepared)
+
+    def next_round(self, file: ResultFile) -> Round:
+        """All pending runs, those of the tuned disk first."""
+        tasks = np.argwhere(file.status == PENDING)
+        known = {} if len(tasks) else {"samples/amplification": summary.amplifications(file)}
+        return Round([tuple(task) for task in tasks.tolist()], known)
+
+    def compute(self, config: Config, prepared: Any, task: Any, poll: Poll) -> Iterator[Values]:
+        """Run one disk up at one rate; task: number of the disk, and of the rate."""
+        disk, rate = task
+        problem: Problem = self.problem_of(prepared)
+        group, where, blades = "tuned", (), run_deviation(config, 0)
+        if disk > 0:
+            sample, level = divmod(disk - 1, len(config.levels))
+            group, where, blades = "samples", (level, sample), deviation(config, level, sample)
+            yield "samples/deviation", where, blades
+        modes = rubbing_modes(config, problem, blades)
+        schedule, asked = run_up.schedules(config)[rate], asked_of(config, spectra=disk == 0)
+        kept = Kept(config, task)
+        runner = Runner(modes, problem.scene, schedule, asked)
+        kept.finish(runner, poll)
+        run = runner.result()
+        for name, values in _values(config, run).items():
+            yield f"{group}/{name}", (*where, rate), values
+        if disk == 0:
+            yield "tuned/spectrum_m", rate, run.spectrum
+            finer = problem.scene._replace(
+                step=problem.scene.step / 2.0, least_steps=2.0 * problem.scene.least_steps
+            )
+            half = Runner(modes, finer, schedule, asked_of(config))
+            again = Kept(config, (*task, "half"))
+            again.finish(half, poll)
+            yield "tuned/half_step_peak_m", rate, peaks(half.result().envelope)
+            again.forget()
+        kept.forget()
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """Findings against the runs."""
+        return summary.findings(file)
+
+    def amount_done(self, file: ResultFile, n_done: int) -> str:
+        """Number of runs that are done, in words."""
+        return counted(n_done, "run") + f" of {file.status.size:,}"
+
+
+def peaks(envelope: np.ndarray) -> np.ndarray:
+    """Largest values over the intervals of speed (..., I); NaN where there is none."""
+    return np.fmax.reduce(envelope, axis=-1)
+
+
+def _values(config: Config, run: Run) -> dict[str, np.ndarray]:
+    """Results of a run by their names in the file."""
+    borders, peak = run_up.intervals(config), peaks(run.envelope)
+    known = np.isfinite(peak)
+    best = np.nan_to_num(run.envelope, nan=-1.0).argmax(axis=-1)
+    middle = (borders[1:] + borders[:-1]) / 2.0
+    values = {
+        "envelope_m": run.envelope,
+        "peak_amplitude_m": peak,
+        "peak_speed_hz": np.where(known, middle[best], np.nan),
+        "seconds_above_s": run.seconds,
+        "cycles_above": run.cycles,
+        "run_reason": run.reason,
+    }
+    if config.observes_stress:
+        values |= {"envelope_stress_pa": run.stress, "peak_stress_pa": peaks(run.stress)}
+    if config.contact.wears:
+        values["worn_depth_m"] = run.worn
+    return values
+
+
+def _steady(config: Config) -> dict[str, Any]:
+    """Amplitudes of the contact study in `sources`, whose disks must be those of this study."""
+    with open_contact(config.sources[0]) as file:
+        require_complete(file, config, (*APART, "speeds.", "casing.clearance_s_mm"))
+        n, levels = len(config.samples), len(config.levels)
+        theirs = file.read("samples/deviation")
+        mine = [[deviation(config, k, i) for i in range(n)] for k in range(levels)]
+        if len(theirs) != levels or theirs.shape[1] < n or (theirs[:, :n] != mine).any():
+            raise InputError(
+                f"sources: {file.path} has other disks; mistuning of both studies must be the "
+                "same, and the contact study must have as many samples"
+            )
+        return {
+            "steady_speed_hz": file.read("speeds_hz"),
+            "tuned/steady_amplitude_m": file.read("tuned/amplitude_m"),
+            "tuned/steady_reference_m": file.read("tuned/reference_amplitude_m"),
+            "samples/steady_peak_m": file.read("samples/peak_amplitude_m")[:, :n],
+        }
+
+
+STUDY = RunUp()

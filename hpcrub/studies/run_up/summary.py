@@ -1,0 +1,266 @@
+"""Results of a run_up study as tables, lines and findings."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from hpcrub.config.run_up import rates
+from hpcrub.config.schema import Config
+from hpcrub.contact import status
+from hpcrub.ranks import progress
+from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs import findings as common
+from hpcrub.statistics.percentiles import finite, interval_in_words, with_interval
+
+STEP_ERROR = 0.05  # effect of half the time step on a peak from which on it is told
+GRAVITY = 9.81  # [m/s²]
+CANTILEVER = 1.57  # participation of the first mode of a clamped beam in an even load, at its tip
+STRAY = 0.02  # of a peak: an Euler deflection that is told
+
+
+def of_disks(file: ResultFile, name: str = "peak_amplitude_m") -> np.ndarray:
+    """Median of the repetitions of every run of every sample (V, n, rate, leg)."""
+    return _median(file.read(f"samples/{name}"))
+
+
+def of_tuned(file: ResultFile, name: str = "peak_amplitude_m") -> np.ndarray:
+    """Median of the repetitions of the tuned disk (rate, leg)."""
+    return _median(file.read(f"tuned/{name}"))
+
+
+def _median(values: np.ndarray) -> Any:
+    """Median over the repetitions, the last axis but one; NaN where one has no result."""
+    return np.median(values, axis=-2)
+
+
+def amplifications(file: ResultFile) -> np.ndarray:
+    """Peak of every sample over that of the tuned disk in the same leg (V, n, rate, leg) [-]."""
+    return of_disks(file) / of_tuned(file)
+
+
+def leg_names(file: ResultFile) -> list[str]:
+    """Names of the legs: up, down, with their number where there are several."""
+    rises = file.read("rises").astype(bool)
+    names, counts = [], {True: 0, False: 0}
+    for rise in rises.tolist():
+        counts[rise] += 1
+        several = int(np.count_nonzero(rises == rise) > 1)
+        names.append(("up" if rise else "down") + f" {counts[rise]}" * several)
+    return names
+
+
+def report(file: ResultFile) -> Iterator[str]:
+    """One line: peaks of the tuned disk at every rate and leg."""
+    tuned, legs = 1e3 * of_tuned(file), leg_names(file)
+    for rate, peaks in zip(file.read("hz_per_s"), tuned, strict=True):
+        parts = ", ".join(f"{leg} {peak:.2f} mm" for leg, peak in zip(legs, peaks, strict=True))
+        yield f"tuned disk at {rate:g} Hz/s: {parts}{_steady_words(file)}"
+
+
+def _steady_words(file: ResultFile) -> str:
+    if "tuned/steady_reference_m" not in file:
+        return ""
+    return f"; steady {1e3 * float(file.read('tuned/steady_reference_m')):.2f} mm"
+
+
+def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
+    """Lines about the tuned disk, the percentiles of all disks, limits, wear, and chance."""
+    yield from report(file)
+    if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
+        yield percentile_table(file)
+    yield from steady_lines(file)
+    yield from limit_lines(file)
+    yield from stress_lines(file)
+    yield from wear_lines(file)
+    yield chance_line(file)
+
+
+def percentile_table(file: ResultFile) -> Table:
+    """A row for each level, rate, leg and percentile: peak and amplification with intervals."""
+    at, config = file.config.convergence.percentiles, file.config
+    has_steady = "samples/steady_peak_m" in file
+    headings = ["level", "Hz/s", "leg", "percentile", "peak [mm]", "interval", "A", "interval"]
+    found = progress.table(
+        "Run-up: percentiles of the disks and their 95 % intervals; A over the tuned disk's run",
+        (*headings, *(["over steady"] if has_steady else [])),
+    )
+    sizes, ratios = of_disks(file), file.read("samples/amplification")
+    steady = file.read("samples/steady_peak_m") if has_steady else None
+    for level, half_range in enumerate(config.mistuning.half_range[list(config.levels)]):
+        for rate, hz_per_s in enumerate(file.read("hz_per_s")):
+            for leg, name in enumerate(leg_names(file)):
+                size, ratio = finite(sizes[level, :, rate, leg]), ratios[level, :, rate, leg]
+                columns = with_interval(1e3 * size, at).T, with_interval(finite(ratio), at).T
+                more: list[str] = []
+                if steady is not None:
+                    over = finite(sizes[level, :, rate, leg] / steady[level])
+                    more = [f"{p:.3f}" for p in np.percentile(over, at)] if over.size else []
+                for k, percentile in enumerate(at):
+                    cells = (
+                        interval_in_words(*part, form=form)
+                        for column, form in zip(columns, (".2f", ".3f"), strict=True)
+                        for part in ([column[k][0]], column[k][1:])
+                    )
+                    first = f"±{100 * half_range:.3g} %", f"{hz_per_s:g}", name, f"{percentile:g}"
+                    found.add_row(*first, *cells, *more[k : k + 1])
+    return found
+
+
+def steady_lines(file: ResultFile) -> Iterator[str]:
+    """How many disks stay below the steady answer, and how many go above, at every rate and leg.
+
+    A disk is below where all repetitions are, and above where all are.
+    """
+    if "samples/steady_peak_m" not in file:
+        return
+    peaks, steady = file.read("samples/peak_amplitude_m"), file.read("samples/steady_peak_m")
+    over = peaks / steady[:, :, None, None, None]
+    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
+        for leg, name in enumerate(leg_names(file)):
+            mine = over[:, :, rate, :, leg].reshape(-1, over.shape[3])
+            mine = mine[np.isfinite(mine).all(axis=1)]
+            below, above = (mine.max(axis=1) < 1.0).sum(), (mine.min(axis=1) > 1.0).sum()
+            if len(mine):
+                yield (
+                    f"{hz_per_s:g} Hz/s, {name}: {below} of {len(mine)} disks stay below their "
+                    f"steady peak, {above} go above (another branch, or a motion that has not "
+                    f"settled); median ratio {np.median(mine):.3f}, largest {mine.max():.3f}"
+                )
+
+
+def limit_lines(file: ResultFile) -> Iterator[str]:
+    """Time and cycles above the limits, the most of all disks and repetitions."""
+    limits = file.config.limits
+    if limits.amplitude_mm is None and limits.stress is None:
+        return
+    seconds, cycles = (
+        np.concatenate([file.read(f"{group}/{name}").reshape(-1, *file.shape(f"tuned/{name}"))
+                        for group in ("tuned", "samples")])
+        for name in ("seconds_above_s", "cycles_above")
+    )  # fmt: skip
+    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
+        whole = seconds[:, rate].sum(axis=-1), cycles[:, rate].sum(axis=-1)
+        known = np.isfinite(whole[0])
+        beyond = (whole[0][known] > 0.0).mean() if known.any() else np.nan
+        yield (
+            f"{hz_per_s:g} Hz/s: {100.0 * beyond:.3g} % of all runs exceed a limit, for up to "
+            f"{np.nanmax(whole[0]):.3g} s and {np.nanmax(whole[1]):.0f} cycles"
+        )
+
+
+def stress_lines(file: ResultFile) -> Iterator[str]:
+    """Largest stress of the tuned disk and of all disks, at every rate and leg."""
+    if not file.config.observes_stress:
+        return
+    tuned = 1e-6 * of_tuned(file, "peak_stress_pa")
+    largest = 1e-6 * np.fmax.reduce(of_disks(file, "peak_stress_pa"), axis=(0, 1))
+    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
+        parts = (
+            f"{name} {tuned[rate, leg]:.0f} (all disks up to {largest[rate, leg]:.0f})"
+            for leg, name in enumerate(leg_names(file))
+        )
+        yield f"largest stress at {hz_per_s:g} Hz/s [MPa]: tuned {', '.join(parts)}"
+
+
+def wear_lines(file: ResultFile) -> Iterator[str]:
+    """Worn depth of the tuned disk's coating at the end of every leg."""
+    if not file.config.contact.wears:
+        return
+    for hz_per_s, worn in zip(file.read("hz_per_s"), of_tuned(file, "worn_depth_m"), strict=True):
+        parts = ", ".join(
+            f"{1e6 * depth:.1f} (after {leg})"
+            for leg, depth in zip(leg_names(file), worn, strict=True)
+        )
+        yield f"worn depth at {hz_per_s:g} Hz/s, tuned disk [um]: {parts}"
+
+
+def chance_line(file: ResultFile) -> str:
+    """What the repetitions scatter, and how far a peak is known."""
+    peaks = [file.read(f"{group}/peak_amplitude_m") for group in ("tuned", "samples")]
+    spread = [finite(np.ptp(p, axis=-2) / np.median(p, axis=-2)) for p in peaks]
+    width = np.diff(file.read("interval_hz")).max(initial=0.0)
+    n = file.config.run_up.repeats
+    both = ", ".join(
+        f"{name} {100.0 * np.median(part):.2g} %"
+        for name, part in zip(("tuned disk", "mistuned disks"), spread, strict=True)
+        if part.size
+    )
+    step = _step_effect(file)
+    text = f"from the least to the largest of {n} repetitions a peak differs by: {both}"
+    if np.isfinite(step):
+        text += f"; half the time step changes the tuned disk's by {100.0 * step:.2g} %"
+    return f"{text}; peaks lie within intervals of {width:.3g} Hz"
+
+
+def _step_effect(file: ResultFile) -> float:
+    """Largest change of the tuned disk's median peaks with half the time step [-]."""
+    full, half = of_tuned(file), of_tuned(file, "half_step_peak_m")
+    change = finite(np.abs(half / full - 1.0))
+    return float(change.max()) if change.size else np.nan
+
+
+def euler_line(config: Config, problem: Any) -> Iterator[str]:
+    """Warning about the force by the gain of speed, which is left out, where it is not small."""
+    fastest, radius = float(rates(config).max()), config.disk.tip_radius
+    along = 2.0 * np.pi * fastest * radius
+    first = float(np.sqrt(problem.reduced.tuned_eigenvalues[0]))
+    moved = CANTILEVER * along / first**2
+    reach = config.casing.outline.highest - config.clearance
+    if reach > 0.0 and moved > STRAY * reach:
+        yield (
+            f"gain of speed: {fastest:g} Hz/s pull blades back by {along / GRAVITY:.2g} g at the "
+            f"tips (Euler force), which would bend them by about {1e3 * moved:.2g} mm; the model "
+            "leaves this out"
+        )
+
+
+def findings(file: ResultFile) -> Iterator[Finding]:
+    """Findings against the runs of a file."""
+    config = file.config
+    reasons = np.concatenate(
+        [file.read(f"{group}/run_reason").ravel() for group in ("tuned", "samples")]
+    )
+    peaks = [file.read(f"{group}/peak_amplitude_m") for group in ("tuned", "samples")]
+    n_lost = int(status.are_fatal(reasons).sum())
+    if n_lost:
+        words = f"no result in {n_lost} of {len(reasons)} runs"
+        most = int(np.bincount(reasons[status.are_fatal(reasons)]).argmax())
+        severity = USELESS if n_lost > 0.01 * len(reasons) else SINGLE
+        yield Finding(severity, words, f'{words}, mostly by "{status.words(most)}"')
+    step = _step_effect(file)
+    if step > STEP_ERROR:
+        yield Finding(
+            SINGLE, "time step",
+            f"half the time step changes the tuned disk's peaks by {100.0 * step:.2g} %: a smaller "
+            "time.step_s, or more run_up.repeats where the motion is irregular",
+        )  # fmt: skip
+    yield from _at_the_ends(file)
+    if config.run_up.repeats < 4:
+        yield Finding(
+            REMARK, "few repetitions",
+            f"{config.run_up.repeats} repetitions show little of what chance does to a peak: "
+            "run_up.repeats up to 8",
+        )  # fmt: skip
+    yield from common.kinematics(config, np.concatenate([p.ravel() for p in peaks]))
+    if config.pattern_deviation is None:
+        yield from common.too_few_samples(config.convergence.percentiles, len(config.samples))
+
+
+def _at_the_ends(file: ResultFile) -> Iterator[Finding]:
+    """Finding about peaks in the first or last interval of speed."""
+    middles = file.read("interval_hz")
+    at = np.concatenate([
+        file.read(f"{group}/peak_speed_hz").ravel() for group in ("tuned", "samples")
+    ])  # fmt: skip
+    at = finite(at)
+    for end, word, key in ((0, "lowest", "below"), (-1, "highest", "above")):
+        n = int(np.count_nonzero(at == middles[end]))
+        if n > 0.05 * max(len(at), 1) and len(middles) > 1:
+            words = f"{n} of {len(at)} peaks at the {word} speed"
+            yield Finding(
+                SINGLE, words, f"{words}, and may be higher beyond it: run_up with speeds {key} "
+                f"{middles[end]:.4g} Hz",
+            )  # fmt: skip
