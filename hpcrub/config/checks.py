@@ -46,7 +46,7 @@ GOES_WITH = {
 }
 # The same of keys that are not refused, but have no effect without it.
 USELESS_WITHOUT = {
-    "study: energy": ("sources",),
+    "study: energy or run_up": ("sources",),
     "study: rare": ("limits.probability_error", "limits.probability_below"),
     "limits.stress_mpa": ("limits.stress_mpa_per_mm",),
     "no casing.clearance_hz_mm": ("casing.clearance_mm",),

@@ -15,12 +15,13 @@ from hpcrub.response.schedule import Schedule
 N_INTERVALS = 64  # intervals of speed, if the input does not say
 MOST_INTERVALS = 2000
 MOST_TURNS = 1e8  # revolutions of a run
+RATE = (1.0,)  # gain of speed, if the input does not say [Hz/s]
 OF_TRIALS = "threshold", "rare"  # studies whose disks run up where an input says so
 
 
 def runs_up(c: Any) -> bool:
     """Whether the disks of a study run up, instead of turning at constant speeds."""
-    return c.study == "run_up" or (c.study in OF_TRIALS and bool(c.run_up.model_fields_set))
+    return c.study == "run_up" or (c.study in OF_TRIALS and c.run_up != type(c.run_up)())
 
 
 def ends_of(c: Any) -> tuple[float, float]:
@@ -39,22 +40,22 @@ def schedules(c: Any) -> list[Schedule]:
     if run.speed_s_hz is not None:
         return [Schedule(*np.array(run.speed_s_hz).T)]
     how = run.hold_s, run.back, run.passes
-    return [Schedule.of_rate(*ends_of(c), rate, *how) for rate in run.hz_per_s]
+    return [Schedule.of_rate(*ends_of(c), rate, *how) for rate in run.hz_per_s or RATE]
 
 
 def rates(c: Any) -> np.ndarray:
     """Rate of every run [Hz/s]; of a table the largest."""
     if c.run_up.speed_s_hz is None:
-        return np.array(c.run_up.hz_per_s)
+        return np.array(c.run_up.hz_per_s or RATE)
     return np.array([np.abs(schedules(c)[0].slopes).max()])
 
 
 def intervals(c: Any) -> np.ndarray:
     """Borders of the intervals of speed (I + 1,) [Hz]."""
     low, high = sorted(ends_of(c))
-    width = c.run_up.interval_hz or max((high - low) / N_INTERVALS, rates(c).max() / low)
-    n = int(np.clip(round((high - low) / width), 1, MOST_INTERVALS))
-    return np.linspace(low, high, n + 1)
+    width = c.run_up.interval_hz
+    n = N_INTERVALS if width is None else np.clip(round((high - low) / width), 1, MOST_INTERVALS)
+    return np.linspace(low, high, int(n) + 1)
 
 
 def problems(c: Any) -> Iterator[str]:

@@ -30,7 +30,7 @@ Bound = Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)]
 Diameters = Annotated[tuple[Diameter, ...], Field(min_length=1, max_length=100)]
 Bounds = Annotated[tuple[Bound, ...], Field(min_length=2, max_length=2)]
 Rate = Annotated[Number, Field(gt=0, le=1e4)]
-Rates = Annotated[tuple[Rate, ...], Field(min_length=1, max_length=20)]
+Rates = Annotated[tuple[Rate, ...], Field(max_length=20)]
 MOST_VALUES = 1025  # of a threshold study
 
 
@@ -90,8 +90,8 @@ class RunUp(Section):
     to_hz: Number | None = Field(None, ge=1e-6, le=1e5)
     """speed at the end, or where the rotor turns back; below from_hz for a run-down; null:
     speeds.to_hz [Hz]"""
-    hz_per_s: Rates = (1.0,)
-    """rates at which the speed changes, each a run of its own [Hz/s]"""
+    hz_per_s: Rates = ()
+    """rates at which the speed changes, each a run of its own; none: 1 Hz/s [Hz/s]"""
     hold_s: Number = Field(0.0, ge=0, le=1e6)
     """time at to_hz [s]"""
     back: Switch = False
@@ -105,7 +105,7 @@ class RunUp(Section):
     """repetitions of every run of a disk, which begin at evenly spaced angles of the casing"""
     interval_hz: Number | None = Field(None, ge=1e-6, le=1e5)
     """width of the intervals of speed in which the largest displacements are kept; null: a 64th of
-    the range, or what the fastest run gains in a revolution [Hz]"""
+    the range [Hz]"""
 
 
 class Part(Section):

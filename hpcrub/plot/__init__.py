@@ -33,6 +33,7 @@ from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
 from hpcrub.plot.histories import time_response
 from hpcrub.plot.maps import branches, interaction_map
 from hpcrub.plot.responses import compare, summary
+from hpcrub.plot.run_ups import run_up
 from hpcrub.plot.samples import contact_over_linear, energy
 from hpcrub.plot.searches import checklist, patterns, rare, threshold
 from hpcrub.plot.solids import model
@@ -43,7 +44,7 @@ FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
     safe_diagram, campbell, mode_shapes, casing, linear, time_response,
     interaction_map, energy, contact_over_linear, branches, wear,
-    casing_motion, casing_waves, air, threshold, checklist, patterns, rare,
+    casing_motion, casing_waves, air, run_up, threshold, checklist, patterns, rare,
 ]  # fmt: skip
 
 __all__ = ["FIGURES", "model", *(figure.__name__ for figure in FIGURES)]

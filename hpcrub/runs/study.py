@@ -10,6 +10,7 @@ import numpy as np
 from rich.table import Table
 
 from hpcrub import effects
+from hpcrub.config import run_up
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.effects.effect import Results
@@ -281,7 +282,7 @@ class Run(NamedTuple):
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
         if config.is_part and "part" not in study.sections:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
-        if study.integrates and not {"history", "run_up"} & set(study.sections):  # until steady
+        if study.integrates and not ("history" in study.sections or run_up.runs_up(config)):
             yield from plausibility.steady_problems(config)
         yield from study.problems(config)
 

@@ -39,6 +39,7 @@ class Rare(Trials):
 
     name = "rare"
     what = "small probability of exceeding a limit"
+    sections = ("run_up",)
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:

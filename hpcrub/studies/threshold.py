@@ -65,7 +65,7 @@ class Threshold(Trials):
 
     name = "threshold"
     what = "value of a key that meets a limit with a probability"
-    sections = ("threshold",)
+    sections = ("threshold", "run_up")
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:

@@ -10,14 +10,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.config import run_up
 from hpcrub.config.schema import Config
+from hpcrub.contact.status import DIVERGED, STEADY, are_fatal
 from hpcrub.effects.effect import largest
+from hpcrub.response.run_up import run_up as run_up_of
 from hpcrub.response.sweep import Disk, run_sweeps
 from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, Study
 from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.setup.run_up import asked_of
 from hpcrub.studies.contact.amplification import peak, peak_status
 from hpcrub.studies.contact.limits import severities
 
@@ -93,6 +97,9 @@ def peaks_of(
     disks: stiffness deviations (N,) of each [-]. Yields (number of the disk, results by their names
     in a `table`) as disks are complete; NaN where there is none.
     """
+    if run_up.runs_up(config):
+        yield from enumerate(_peaks_of_runs(config, problem, disks, poll))
+        return
     speeds = config.speeds.values_hz
     asked = [Disk(rubbing_modes(config, problem, blades)) for blades in disks]
     # only disks with a common basis can share the lanes
@@ -109,6 +116,31 @@ def peaks_of(
                     "peak_status": peak_status(result, speeds),
                 },
             )
+
+
+def _peaks_of_runs(
+    config: Config, problem: Problem, disks: Sequence[np.ndarray], poll: Poll
+) -> Iterator[dict[str, Any]]:
+    """Largest values of disks that run up, over all rates, legs and repetitions, as `peaks_of`."""
+    asked = asked_of(config)
+    middles = (asked.intervals_hz[1:] + asked.intervals_hz[:-1]) / 2.0
+    for blades in disks:
+        modes = rubbing_modes(config, problem, blades)
+        runs = [
+            run_up_of(modes, problem.scene, schedule, asked, poll)
+            for schedule in run_up.schedules(config)
+        ]
+        envelopes = np.stack([run.envelope.max(axis=(0, 1), initial=0.0,
+                              where=~np.isnan(run.envelope)) for run in runs]).max(axis=0)  # fmt: skip
+        stress = [run.stress[np.isfinite(run.stress)].max(initial=0.0) for run in runs]
+        failed = any(are_fatal(run.reason).any() for run in runs)
+        size, at = largest(envelopes, middles)
+        yield {
+            "peak_amplitude_m": np.nan if failed else size,
+            "peak_speed_hz": np.nan if failed else at,
+            "peak_stress_pa": max(stress) if config.observes_stress and not failed else np.nan,
+            "peak_status": DIVERGED if failed else STEADY,
+        }
 
 
 def beyond(file: ResultFile) -> np.ndarray:
