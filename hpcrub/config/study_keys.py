@@ -91,7 +91,7 @@ class RunUp(Section):
     """speed at the end, or where the rotor turns back; below from_hz for a run-down; null:
     speeds.to_hz [Hz]"""
     hz_per_s: Rates = ()
-    """rates at which the speed changes, each a run of its own; none: 1 Hz/s [Hz/s]"""
+    """gain of speed; several values are runs of their own; none: 1 Hz/s [Hz/s]"""
     hold_s: Number = Field(0.0, ge=0, le=1e6)
     """time at to_hz [s]"""
     back: Switch = False

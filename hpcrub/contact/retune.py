@@ -71,7 +71,7 @@ class Speeds:
         """
         self.bank, self.bank_at, self.first_hz = bank, bank_at, first_hz
         self.bottom = 0  # number of the lowest rung in memory
-        some, mine = _of(bank_at(np.linspace(*ends, N_RUNGS))), _of(bank)
+        some, mine = of_lanes(bank_at(np.linspace(*ends, N_RUNGS))), of_lanes(bank)
         rows = {path: np.flatnonzero((a != a[:, :1]).any(axis=1)) for path, a in some.items()}
         # of every array that changes: itself, rows that change, and its values at the rungs
         self.changing = {path: [mine[path], rows[path]] for path in some if len(rows[path])}
@@ -109,11 +109,11 @@ class Speeds:
     def _fill(self, bottom: int) -> None:
         """Compute the rungs from ``bottom`` on."""
         self.bottom = bottom
-        there = _of(self.bank_at(self.first_hz * (1.0 + STEP) ** (bottom + np.arange(N_RUNGS))))
+        there = of_lanes(self.bank_at(self.first_hz * (1.0 + STEP) ** (bottom + np.arange(N_RUNGS))))
         self.tables = {path: there[path] for path in self.changing}
 
 
-def _of(bank: Bank) -> dict[tuple, np.ndarray]:
+def of_lanes(bank: Bank) -> dict[tuple, np.ndarray]:
     """Arrays of a bank with a column for each lane, by their place in it."""
     return {at: array for i, group in enumerate(bank) for at, array in _lane_arrays(group, (i,))}
 
