@@ -130,15 +130,15 @@ class Runner:
 
     def state(self) -> dict[str, np.ndarray]:
         """All that has changed since the begin, by name; `restore` takes it."""
-        parts = *self._arrays(), self.last, np.array(self.stretch)
-        return {str(k): part for k, part in enumerate(parts)} | self.spectra.state()
+        parts = {str(k): part for k, part in enumerate(self._arrays())}
+        mine = {"last": self.last, "stretches": np.array(self.stretch)}
+        return parts | mine | self.spectra.state()
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from a state of the same run (self is modified)."""
-        parts = self._arrays()
-        for k, part in enumerate(parts):
+        for k, part in enumerate(self._arrays()):
             part[...] = state[str(k)]
-        self.last, self.stretch = state[str(len(parts))], int(state[str(len(parts) + 1)])
+        self.last, self.stretch = state["last"], int(state["stretches"])
         self.time = self._when(self.stretch)
         self.failed = status.are_fatal(self.run.reason)
         self.spectra.restore(state)

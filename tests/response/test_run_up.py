@@ -161,3 +161,13 @@ def test_a_run_goes_on_with_the_same_bits(more):
     assert (expected["cycles"] > 0.0).any()
     assert np.isfinite(expected["spectrum"]).any()
     assert np.isfinite(expected["worn"]).all() == bool(scene.coating)
+
+
+def test_the_strongest_frequency_is_that_of_the_bumps():
+    scene, modes = scene_and_modes(TINY)
+    frequencies = np.arange(60.0, 300.0, 1.0)
+    asked = Asked(BORDERS, 8, frequencies_hz=frequencies)
+    run = run_up(modes, scene, Schedule([0.0, 3.0], [33.0, 36.0]), asked)
+    strongest = frequencies[run.spectrum[0].argmax(axis=1)]
+    middles = (BORDERS[1:] + BORDERS[:-1]) / 2.0
+    np.testing.assert_allclose(strongest, 4.0 * middles, atol=2.0)

@@ -38,7 +38,13 @@ def _median(values: np.ndarray) -> Any:
 
 def amplifications(file: ResultFile) -> np.ndarray:
     """Peak of every sample over that of the tuned disk in the same leg (V, n, rate, leg) [-]."""
-    return of_disks(file) / of_tuned(file)
+    return _over(of_disks(file), of_tuned(file))
+
+
+def _over(values: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Ratio of two sizes; NaN where the second one is 0, as nothing touched."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(others > 0.0, values / others, np.nan)
 
 
 def leg_names(file: ResultFile) -> list[str]:
@@ -180,7 +186,7 @@ def wear_lines(file: ResultFile) -> Iterator[str]:
 def chance_line(file: ResultFile) -> str:
     """What the repetitions scatter, and how far a peak is known."""
     peaks = [file.read(f"{group}/peak_amplitude_m") for group in ("tuned", "samples")]
-    spread = [finite(np.ptp(p, axis=-2) / np.median(p, axis=-2)) for p in peaks]
+    spread = [finite(_over(np.ptp(p, axis=-2), np.median(p, axis=-2))) for p in peaks]
     width = np.diff(file.read("interval_hz")).max(initial=0.0)
     n = file.config.run_up.repeats
     both = ", ".join(
@@ -198,7 +204,7 @@ def chance_line(file: ResultFile) -> str:
 def _step_effect(file: ResultFile) -> float:
     """Largest change of the tuned disk's median peaks with half the time step [-]."""
     full, half = of_tuned(file), of_tuned(file, "half_step_peak_m")
-    change = finite(np.abs(half / full - 1.0))
+    change = finite(np.abs(_over(half, full) - 1.0))
     return float(change.max()) if change.size else np.nan
 
 

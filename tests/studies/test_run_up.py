@@ -1,0 +1,217 @@
+"""The run_up study: any ranks, kills within a run, its sources, rates, limits and refusals."""
+
+import os
+import signal
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub.results.layout import DONE
+from hpcrub.runs import kept
+from hpcrub.studies import open_result
+from tests.program import TINY, computed, contents, datasets, run_here, run_on, start
+from tests.studies.common import refused_study
+
+RUNS = """\
+study: run_up
+run_up: {from_hz: 33, to_hz: 35, hz_per_s: [2, 8], back: true, interval_hz: 0.25}
+limits: {amplitude_mm: 20}
+spectrum: {step_hz: 5}
+contact: {law: abradable, coating: {yield_mpa: 0.5}}
+"""
+STUDY = TINY.partition("speeds")[0] + TINY.partition("\n")[2] + RUNS
+# every state is kept at once, and the runs of one rank take longer
+HELD = """\
+import sys, time
+from hpcrub.response import run_up
+from hpcrub.runs import kept
+from hpcrub.commands.run import main
+
+kept.EVERY, go_on = 0.0, run_up.Runner.go_on
+
+def slowly(runner):
+    for stretch in go_on(runner):
+        time.sleep(0.05)
+        yield stretch
+
+run_up.Runner.go_on = slowly
+sys.exit(main())
+"""
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Folder with an input and its result file, computed on one rank."""
+    folder = tmp_path_factory.mktemp("run_up")
+    return folder, computed(folder, STUDY, output="one.h5")
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_same_bits_on_any_number_of_ranks(study, ranks):
+    folder, path = study
+    run_on(ranks, "study.yaml", "--output", f"{ranks}.h5", folder=folder)
+    assert datasets(folder / f"{ranks}.h5") == datasets(path)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_a_run_that_is_stopped_goes_on_with_the_same_bits(study, number):
+    folder, path = study
+    (folder / "held.py").write_text(HELD)
+    name = f"stopped-{number.name}"
+    arguments = "study.yaml", "--output", f"{name}.h5", "--no-figures"
+    process = start(0, folder / "held.py", *arguments, folder=folder)
+    until = time.monotonic() + 60.0
+    while not list(folder.glob(f"{name}.task-*.npz")) and time.monotonic() < until:
+        time.sleep(0.01)
+    time.sleep(0.3)
+    os.kill(process.pid, number)
+    process.communicate()
+    (state,) = folder.glob(f"{name}.task-*.npz")
+    stretches = np.load(state)["stretches"]
+    assert stretches > 0
+    with h5py.File(folder / f"{name}.h5") as file:
+        assert not (file["status"][()] == DONE).all()
+    assert run_here(*arguments[:-1], "--resume", folder=folder) == 0
+    assert datasets(folder / f"{name}.h5") == datasets(path)
+    assert not list(folder.glob(f"{name}.task-*"))
+
+
+def test_a_state_of_another_input_is_not_taken(study, tmp_path):
+    folder, path = study
+    with open_result(path) as file:
+        config = file.config.replace({"output": str(tmp_path / "a.h5")})
+    states = [kept.Kept(c, (0, 1)) for c in (config, config.replace({"casing.n_bumps": 3}))]
+    assert states[0].path == states[1].path
+
+    class Counter:
+        done = 0
+
+        def go_on(self):
+            while self.done < 3:
+                self.done += 1
+                yield self.done
+
+        def state(self):
+            return {"done": np.array(self.done)}
+
+        def restore(self, state):
+            self.done = int(state["done"])
+
+    def stop():
+        raise kept.Interrupted("stop")
+
+    with pytest.raises(kept.Interrupted):
+        states[0].finish(Counter(), stop)
+    for state, n_left in ((states[1], 3), (states[0], 2)):
+        calls = []
+        state.finish(Counter(), lambda calls=calls: calls.append(1))
+        assert len(calls) == n_left
+
+
+def test_results_fit_each_other(study):
+    _, path = study
+    found = contents(path)
+    envelope, peak = found["samples/envelope_m"], found["samples/peak_amplitude_m"]
+    assert envelope.shape == (2, 2, 2, 8, 2, 8)
+    np.testing.assert_array_equal(np.nanmax(envelope, axis=-1), peak)
+    best = np.nanargmax(envelope, axis=-1)
+    np.testing.assert_array_equal(found["samples/peak_speed_hz"], found["interval_hz"][best])
+    above, seconds = peak > 0.02, found["samples/seconds_above_s"]
+    np.testing.assert_array_equal(seconds > 0.0, above)
+    lasts = 2.0 / np.array([2.0, 8.0])
+    assert (seconds <= lasts[:, None, None] * (1 + 1e-9) + 0.1).all()
+    worn = found["samples/worn_depth_m"]
+    assert (worn[..., 1] >= worn[..., 0]).all()  # a coating never grows back
+    assert (worn > 0.0).all()
+    tuned = np.median(found["tuned/peak_amplitude_m"], axis=1)
+    ratio = np.median(peak, axis=3) / tuned
+    np.testing.assert_array_equal(found["samples/amplification"], ratio)
+
+
+def test_the_steady_study_of_the_same_disks_stands_beside(tmp_path, capsys):
+    plain = STUDY.replace(RUNS.splitlines()[-1] + "\n", "")
+    steady = TINY.replace("step_hz: 0.2", "step_hz: 0.4") + "limits: {amplitude_mm: 20}\n"
+    computed(tmp_path, steady, output="steady.h5")
+    options = "--set", "sources=[steady.h5]", "--set", "run_up.hz_per_s=[4]"
+    path = computed(tmp_path, plain, *options, output="beside.h5")
+    assert "over steady" in capsys.readouterr().out
+    mine, theirs = contents(path), contents(tmp_path / "steady.h5")
+    np.testing.assert_array_equal(mine["samples/steady_peak_m"], theirs["samples/peak_amplitude_m"])
+    np.testing.assert_array_equal(mine["samples/deviation"], theirs["samples/deviation"])
+    for key in ("mistuning.seed=5", "casing.n_bumps=3"):
+        code = run_here("study.yaml", "--output", "no.h5", *options, "--set", key, folder=tmp_path)
+        assert code == 2
+        assert "sources: " in capsys.readouterr().err
+
+
+def test_a_clearance_over_the_time_ends_the_contact(tmp_path):
+    # far from the casing until 0.5 s, then near; and the other way round
+    text = STUDY.replace(RUNS.splitlines()[-1] + "\n", "") + "casing: {growth_time_s: 0.01}\n"
+    peaks = []
+    for gaps in ((5.0, 0.25), (0.25, 5.0)):
+        table = f"[[0,{gaps[0]}],[0.25,{gaps[0]}],[0.26,{gaps[1]}],[0.5,{gaps[1]}]]"
+        more = "--set", f"casing.clearance_s_mm={table}", "--set", "run_up.hz_per_s=[8]"
+        path = computed(tmp_path, text, *more, "--overwrite", output="gap.h5")
+        peaks.append(contents(path)["tuned/peak_amplitude_m"][0, :, :])
+    assert (peaks[0][:, 0] < 1e-4).all()  # the way up: no contact in the first file
+    assert (peaks[0][:, 1] > 5e-3).all()
+    assert (peaks[1][:, 0] > 5e-3).all()
+
+
+def test_threshold_finds_the_rate_that_keeps_a_limit(tmp_path):
+    text = TINY.replace("half_range_percent: [2, 4]", "half_range_percent: [2]") + (
+        "study: threshold\nlimits: {amplitude_mm: 45}\n"
+        "run_up: {from_hz: 33, to_hz: 36}\n"
+        "threshold: {key: run_up.hz_per_s, lowest: 1, highest: 41, tolerance: 20, "
+        "probability: 0.4}\n"
+    )
+    text = text.partition("\n")[2].replace("samples: 2,", "samples: 16,")
+    text = text.replace("n_modes: 12", "n_modes: 36")
+    found = contents(computed(tmp_path, text, output="rate.h5"))
+    assert found["side"][0] == 1  # a slow rotor exceeds the limit
+    assert found["side"][-1] == -1
+    assert 1.0 <= found["crossing"].min() < found["crossing"].max() <= 41.0
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("run_up.hz_per_s=[0]", "run_up.hz_per_s[0]: 0 is out of range"),
+        ("run_up.to_hz=33", "run_up.to_hz: 33 is run_up.from_hz, too"),
+        ("speeds.to_hz=34", "run_up.to_hz: a run from 33 to 35 Hz is not within"),
+        ("run_up.speed_s_hz=[[0,33],[1,35]]", "cannot be combined with run_up.speed_s_hz"),
+        ("casing.clearance_s_mm=[[0,1],[0.1,1]]", "points from 0 to 0.1 s say nothing of a run"),
+        ("casing.clearance_s_mm=[[0,1],[0,1]]", "the times of the points are not increasing"),
+        ("run_up.interval_hz=1e-5", "divides 2 Hz into more than 2,000 intervals"),
+        ("part.samples=[0,1]", "only a contact study can be computed in parts"),
+    ],
+)
+def test_runs_that_cannot_be_are_refused(tmp_path, capsys, key, words):
+    assert words in refused_study(tmp_path, STUDY, key, capsys)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("[[0,33],[1,35],[2,33]]", "the speed turns back; if that is meant, say run_up.back: true"),
+        ("[[0,33],[1,35],[1,36]]", "the times of the points are not increasing"),
+        ("[[0.5,33],[1,35]]", "the first time is 0.5 s, not 0"),
+        ("[[0,0],[1,35]]", "speeds from 0 to 35 Hz"),
+    ],
+)
+def test_tables_that_cannot_be_are_refused(tmp_path, capsys, table, words):
+    text = STUDY.replace("from_hz: 33, to_hz: 35, hz_per_s: [2, 8], back: true", "repeats: 8")
+    assert words in refused_study(tmp_path, text, f"run_up.speed_s_hz={table}", capsys)
+
+
+def test_a_table_from_a_file_is_kept_in_the_result(tmp_path):
+    text = STUDY.replace("from_hz: 33, to_hz: 35, hz_per_s: [2, 8]", "speed_s_hz: table.csv")
+    (tmp_path / "table.csv").write_text("time_s,speed_hz\n0,33\n0.2,35\n0.4,33\n")
+    with open_result(computed(tmp_path, text)) as file:
+        assert file.config.run_up.speed_s_hz == ((0.0, 33.0), (0.2, 35.0), (0.4, 33.0))
+        np.testing.assert_array_equal(file.read("rises"), [1, 0])
+        np.testing.assert_allclose(file.read("hz_per_s"), [10.0])
