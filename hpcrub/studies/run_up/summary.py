@@ -62,14 +62,14 @@ def report(file: ResultFile) -> Iterator[str]:
     """One line: peaks of the tuned disk at every rate and leg."""
     tuned, legs = 1e3 * of_tuned(file), leg_names(file)
     for rate, peaks in zip(file.read("hz_per_s"), tuned, strict=True):
-        parts = ", ".join(f"{leg} {peak:.2f} mm" for leg, peak in zip(legs, peaks, strict=True))
+        parts = ", ".join(f"{leg} {peak:.3g} mm" for leg, peak in zip(legs, peaks, strict=True))
         yield f"tuned disk at {rate:g} Hz/s: {parts}{_steady_words(file)}"
 
 
 def _steady_words(file: ResultFile) -> str:
     if "tuned/steady_reference_m" not in file:
         return ""
-    return f"; steady {1e3 * float(file.read('tuned/steady_reference_m')):.2f} mm"
+    return f"; steady {1e3 * float(file.read('tuned/steady_reference_m')):.3g} mm"
 
 
 def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
@@ -107,7 +107,7 @@ def percentile_table(file: ResultFile) -> Table:
                 for k, percentile in enumerate(at):
                     cells = (
                         interval_in_words(*part, form=form)
-                        for column, form in zip(columns, (".2f", ".3f"), strict=True)
+                        for column, form in zip(columns, (".3g", ".3f"), strict=True)
                         for part in ([column[k][0]], column[k][1:])
                     )
                     first = f"±{100 * half_range:.3g} %", f"{hz_per_s:g}", name, f"{percentile:g}"
