@@ -8,11 +8,18 @@ import sys
 from pathlib import Path
 
 from evidence import page, progress
-from evidence.benchmarks import kernel_speed, sample_cost, shapes, shared_basis, spatial_speed
+from evidence.benchmarks import (
+    kernel_speed,
+    run_ups,
+    sample_cost,
+    shapes,
+    shared_basis,
+    spatial_speed,
+)
 
 SECTIONS = {
     "kernel": kernel_speed.section, "shapes": shapes.section, "spatial": spatial_speed.section,
-    "basis": shared_basis.section, "sample": sample_cost.sample, "start": sample_cost.start,
+    "basis": shared_basis.section, "run_up": run_ups.section, "sample": sample_cost.sample, "start": sample_cost.start,
 }  # fmt: skip
 
 
