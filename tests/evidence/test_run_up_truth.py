@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from evidence.truth import events, ring, run_up, run_up_rubbing
 from evidence.truth.motion import Structure as OnePoint
@@ -209,6 +210,31 @@ def test_forces_hold_what_they_touch_and_nothing_else():
         assert force.min() >= 0.0
         assert left.max() < 1e-12
         assert np.abs(force * left).max() < 1e-11 * max(force.max(), 1.0)
+
+
+def test_springs_that_only_push_are_followed_with_an_error_of_second_order(disk):
+    """Against an ODE solver with short steps; the clearance falls with time and with the speed."""
+
+    def room(t, speed):
+        return 3e-4 - 1e-3 * t - 2e-6 * (speed - HZ * 20.0)
+
+    turning, k, mu, times = turned(*TABLE), 1e6, 0.15, np.linspace(0.0, 0.04, 21)
+    bumps = run_up_rubbing.bumps(4, 1.25e-3)
+    push = (disk.normal + mu * disk.tangential).T
+
+    def rates(t, y):
+        depth = bumps(turning.angle(t) + disk.angle) - room(t, turning.speed(t))
+        force = k * np.maximum(depth + disk.normal @ y[:6], 0.0)
+        pull = disk.omega**2 * y[:6] + 2.0 * disk.damping * disk.omega * y[6:]
+        return np.concatenate([y[6:], -pull - push @ force])
+
+    options = {"rtol": 1e-8, "atol": 1e-12, "max_step": 1e-4}
+    solved = solve_ivp(rates, (0.0, 0.04), np.zeros(12), "DOP853", times, **options)
+    wall, exact = Wall(bumps, room, mu, 0.0, k), solved.y[:6].T
+    assert np.abs(exact).max() > 1e-4
+    coarse, fine = (error(disk, 0.04 / n, exact, n, wall, turning) for n in (2000, 8000))
+    assert 10.0 < coarse / fine < 24.0
+    assert fine < 1e-4
 
 
 def bump_that_passes(start, rate, height, clearance):
