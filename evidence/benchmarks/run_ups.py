@@ -54,7 +54,9 @@ def steps():
         for rate in rates:
             found = []
             for _ in range(TURNS + 1):  # the first one loads the kernel
-                runner = Runner(modes, scene, Schedule.of_rate(*ends, rate), Asked(borders, REPEATS))
+                runner = Runner(
+                    modes, scene, Schedule.of_rate(*ends, rate), Asked(borders, REPEATS)
+                )
                 whole, kernel = _seconds(runner)
                 n_steps = runner.stretch * runner.grid.steps_per_block
                 found.append((whole / n_steps, kernel / n_steps))

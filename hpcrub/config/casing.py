@@ -194,13 +194,15 @@ class Casing(Section):
         """Points of time [s] of a run-up and clearance [m]; None if it does not depend on time."""
         if isinstance(self.clearance_s_mm, str):
             raise InputError(f"casing.clearance_s_mm: {self.clearance_s_mm} is not read yet")
-        points = self.clearance_s_mm
-        return points and tuple((t, (c + self.clearance_offset_mm) / 1000) for t, c in points)
+        if self.clearance_s_mm is None:
+            return None
+        offset = self.clearance_offset_mm
+        return tuple((t, (c + offset) / 1000) for t, c in self.clearance_s_mm)
 
     def clearances(self, speeds_hz: float | np.ndarray) -> Any:
         """Clearance [m] at speeds [Hz], of any shape; over the time of a run-up the smallest."""
-        least = min((c for _, c in self.clearance_s_mm or ()), default=self.clearance_mm)
-        same_at_all = ((0.0, (least + self.clearance_offset_mm) / 1000),)
+        alone = (0.0, (self.clearance_mm + self.clearance_offset_mm) / 1000)
+        same_at_all = ((0.0, min(c for _, c in self.over_time or (alone,))),)
         return np.interp(speeds_hz, *np.array(self.running or same_at_all).T)
 
     @property

@@ -39,8 +39,8 @@ GOES_WITH = {
         "mistuning.intentional_percent",
     ),
     "limits.stress_mpa": ("limits.static_mpa", "limits.strength_mpa"),
-    "no run_up.speed_s_hz": tuple(
-        f"run_up.{key}" for key in ("from_hz", "to_hz", "hz_per_s", "hold_s", "passes")
+    "no run_up.speed_s_hz": (
+        *("run_up.from_hz", "run_up.to_hz", "run_up.hz_per_s", "run_up.hold_s", "run_up.passes"),
     ),
     "no casing.clearance_hz_mm": ("casing.clearance_s_mm",),
 }

@@ -101,8 +101,8 @@ def _table_problems(c: Any, table: Any) -> Iterator[str]:
         (any(a >= b for a, b in pairwise(times)),
          "run_up.speed_s_hz: the times of the points are not increasing"),
         (not 1e-6 <= min(speeds) <= max(speeds) <= 1e5,
-         f"run_up.speed_s_hz: speeds from {min(speeds):g} to {max(speeds):g} Hz; 1e-6 to 100,000 Hz "
-         "are allowed"),
+         f"run_up.speed_s_hz: speeds from {min(speeds):g} to {max(speeds):g} Hz; 1e-6 to "
+         "100,000 Hz are allowed"),
         (back and not c.run_up.back,
          "run_up.speed_s_hz: the speed turns back; if that is meant, say run_up.back: true"),
     )  # fmt: skip

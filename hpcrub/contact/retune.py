@@ -61,7 +61,11 @@ class Speeds:
     """The coefficients of the lanes of a bank over a range of speeds."""
 
     def __init__(
-        self, bank: Bank, bank_at: Callable[[np.ndarray], Bank], first_hz: float, ends: Any
+        self,
+        bank: Bank,
+        bank_at: Callable[[np.ndarray], Bank],
+        first_hz: float,
+        ends: tuple[float, float],
     ) -> None:
         """Find out which coefficients depend on the speed.
 
@@ -70,8 +74,11 @@ class Speeds:
         ends: lowest and highest speed [Hz].
         """
         self.bank, self.bank_at, self.first_hz = bank, bank_at, first_hz
-        self.bottom = 0  # number of the lowest rung in memory
-        some, mine = of_lanes(bank_at(np.linspace(*ends, N_RUNGS))), of_lanes(bank)
+        # speeds of the rungs in memory, and in between [Hz]
+        self.rungs: np.ndarray = np.zeros(0)
+        self.between: np.ndarray = np.zeros(0)
+        low, high = ends
+        some, mine = of_lanes(bank_at(np.linspace(low, high, N_RUNGS))), of_lanes(bank)
         rows = {path: np.flatnonzero((a != a[:, :1]).any(axis=1)) for path, a in some.items()}
         # of every array that changes: itself, rows that change, and its values at the rungs
         self.changing = {path: [mine[path], rows[path]] for path in some if len(rows[path])}
@@ -96,20 +103,24 @@ class Speeds:
 
     def _around(self, speeds_hz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Middle one of the three rungs around speeds, and the weights of the three (3, S)."""
-        rung = np.rint(np.log(speeds_hz / self.first_hz) / np.log1p(STEP)).astype(np.int64)
-        lowest, highest = rung.min() - 1, rung.max() + 1
-        if not self.tables or lowest < self.bottom or highest >= self.bottom + N_RUNGS:
-            falls = self.tables and lowest < self.bottom
-            self._fill(highest + 2 - N_RUNGS if falls else lowest - 1)
-        x = self.first_hz * (1.0 + STEP) ** (rung + BESIDE)
+        place = np.searchsorted(self.between, speeds_hz)
+        if not self.tables or place.min() < 1 or place.max() > N_RUNGS - 2:
+            self._fill(speeds_hz)
+            place = np.searchsorted(self.between, speeds_hz)
+        x = self.rungs[place + BESIDE]
         (a, b, c), (da, db, dc) = x, speeds_hz - x
         weight = db * dc / ((a - b) * (a - c)), da * dc / ((b - a) * (b - c))
-        return rung - self.bottom, np.array([*weight, da * db / ((c - a) * (c - b))])
+        return place, np.array([*weight, da * db / ((c - a) * (c - b))])
 
-    def _fill(self, bottom: int) -> None:
-        """Compute the rungs from ``bottom`` on."""
-        self.bottom = bottom
-        there = of_lanes(self.bank_at(self.first_hz * (1.0 + STEP) ** (bottom + np.arange(N_RUNGS))))
+    def _fill(self, speeds_hz: np.ndarray) -> None:
+        """Compute the rungs from speeds on, in the direction in which these have left the last."""
+        falls = len(self.rungs) > 0 and speeds_hz.min() < self.rungs[N_RUNGS // 2]
+        last = speeds_hz.max() if falls else speeds_hz.min()
+        number = int(np.rint(np.log(last / self.first_hz) / np.log1p(STEP)))
+        bottom = number + 3 - N_RUNGS if falls else number - 2
+        self.rungs = self.first_hz * (1.0 + STEP) ** (bottom + np.arange(N_RUNGS))
+        self.between = (self.rungs[1:] + self.rungs[:-1]) / 2.0
+        there = of_lanes(self.bank_at(self.rungs))
         self.tables = {path: there[path] for path in self.changing}
 
 
@@ -124,7 +135,7 @@ def _rescale(bank: Bank, longer: np.ndarray) -> None:
     longer: coming steps over those before, one for each of the first lanes.
 
     The increment d of a step is h times the velocity in its middle, which for another length lies
-    at another time: d' = r d − ω² h² q r (1 − r)/2, with the restoring force at the end of the step.
+    at another time: d' = r d − ω² h² q r (1 − r)/2, with the restoring force at its end.
     """
     scheme, state, n = bank.scheme, bank.state, len(longer)
     gain = scheme.gain[:, :n]

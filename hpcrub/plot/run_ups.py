@@ -8,7 +8,7 @@ from matplotlib.colors import LogNorm
 
 from hpcrub.plot.amplifications import Look, draw_curves, explain
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, edges, shades
+from hpcrub.plot.style import BLUE, DOTTED, ORANGE, edges, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.run_up.summary import leg_names, of_disks
@@ -92,8 +92,8 @@ def _draw_spectrum(axes: Axes, file: ResultFile, spectra: Any, leg: int, top: fl
     speeds, frequencies = file.read("interval_hz"), file.read("frequency_hz")
     norm = LogNorm(top * 10.0**-DECADES, top, clip=True)
     image = axes.pcolormesh(
-        edges(speeds), edges(frequencies), np.ma.masked_invalid(spectra.T), norm=norm, cmap="viridis",
-        rasterized=True,
+        edges(speeds), edges(frequencies), np.ma.masked_invalid(spectra.T), norm=norm,
+        cmap="viridis", rasterized=True,
     )  # fmt: skip
     order = file.config.casing.main_order
     for k in (1, 2, 3):

@@ -16,6 +16,7 @@ import numpy as np
 from hpcrub.contact import integrate, status
 from hpcrub.contact.arrays import FLAW, UNSOLVED, arrays_of
 from hpcrub.contact.bank import allocate, empty_lane
+from hpcrub.contact.jit import compiled
 from hpcrub.contact.observers import Record
 from hpcrub.contact.retune import Speeds
 from hpcrub.model.reduction import Modes
@@ -25,8 +26,8 @@ from hpcrub.response.scene import Scene, enough
 from hpcrub.response.schedule import Schedule
 
 LANES = 4, 8  # numbers of lanes for repetitions
-# A stretch of several periods of the casing ends before LAG, the largest lag [rad] times the periods
-# in a turn; one of several revolutions before PART of an interval of speed, and MOST_TURNS
+# A stretch of several periods of the casing ends before LAG, the largest lag [rad] times the number
+# of periods; one of several revolutions before PART of an interval of speed, and MOST_TURNS
 LAG, PART, MOST_TURNS = 0.05, 0.25, 8
 
 
@@ -92,11 +93,9 @@ class Runner:
         lanes, start_hz = enough(LANES, n), np.full(n, first_hz)
         self.bank = bank = allocate(modes, scene, grid, lanes, start_hz)
         scheme, period = bank.scheme, whole.steps_per_block
-        for table in (scheme.bump, scheme.external):
-            if table is not None:  # all periods have the bits of the first
-                table[:] = np.tile(table[:period], (len(table) // period, 1))
-        self.heights = _Shifted(scheme.bump)
-        self.load = None if scheme.external is None else _Shifted(scheme.external)
+        self.tables = [_Shifted(scheme.bump, period, 1)]
+        if scheme.external is not None:
+            self.tables.append(_Shifted(scheme.external, period, 0))
         # steps that each repetition waits before it begins to turn
         self.delay = np.arange(n) * period // n
         bank.state.n_steps[:n] = -self.delay
@@ -141,6 +140,8 @@ class Runner:
         self.last, self.stretch = state["last"], int(state["stretches"])
         self.time = self._when(self.stretch)
         self.failed = status.are_fatal(self.run.reason)
+        for table in self.tables:
+            table.lag = np.nan  # the next stretch writes it anew
         self.spectra.restore(state)
 
     def _arrays(self) -> list[np.ndarray]:
@@ -165,9 +166,8 @@ class Runner:
             bank.scheme.clearance[0, : len(mean)] = self.scene.clearances(mean, middle)
         # of an even acceleration a in a stretch T: (T t − t²) a/2, most after T/2, in steps
         lag = 0.125 * float(np.mean((plan.at(ends) - first) * lasts)) * per_turn
-        self.heights.shift(lag, 1)
-        if self.load:
-            self.load.shift(lag, 0)
+        for table in self.tables:
+            table.shift(lag)
         legs, borders = plan.leg_ends, asked.intervals_hz
         leg = np.minimum(np.searchsorted(legs, middle), len(legs) - 1)
         ends_hz = np.sort([first, plan.at(ends)], axis=0)
@@ -215,7 +215,7 @@ class Runner:
         most = min(self.scene.furthest, float(self.scene.interface.radius.max()))
         report = self.bank.state.report[:, : len(size)]
         doubtful = ~(size < most) | (report[UNSOLVED] > 0.0) | (report[FLAW] > 0.0)
-        for lane in np.flatnonzero(doubtful & ~self.failed):
+        for lane in np.flatnonzero(doubtful & ~self.failed).tolist():
             reason = judge(self.bank, lane, peaks[:, lane], self.scene)
             self.run.reason[lane] = reason
             if status.are_fatal(reason):
@@ -223,36 +223,49 @@ class Runner:
                 for values in (self.run.envelope, self.run.stress, self.run.seconds,
                                self.run.cycles, self.run.worn):  # fmt: skip
                     values[lane] = np.nan
-        for lane in np.flatnonzero(self.failed):  # its motion may be anything
+        for lane in np.flatnonzero(self.failed).tolist():  # its motion may be anything
             step = self.bank.scheme.step[lane]
             empty_lane(self.bank, lane)
             self.bank.scheme.step[lane] = step
 
 
-class _Shifted:
-    """A table of even angles in the kernel that is shifted by a lag."""
+@compiled
+def shift_rows(
+    table: np.ndarray, even: np.ndarray, slope: np.ndarray, bend: np.ndarray, lag: float, first: int
+) -> None:
+    """Shift rows of even angles by a lag, which rises and falls over them (table is modified).
 
-    def __init__(self, table: np.ndarray) -> None:
-        """table: (P, n), periodic (modified by `shift`)."""
-        self.table, self.even = table, table.copy()
-        after, before = np.roll(table, -1, axis=0), np.roll(table, 1, axis=0)
-        self.slope, self.bend = (after - before) / 2.0, (after + before) / 2.0 - table
-        self.work, self.lag = np.empty_like(table), 0.0
-
-    def shift(self, lag: float, first: int) -> None:
-        """Write the table for a stretch; lag: in its middle, in steps; first: step of row 0.
-
-        The parabola through three rows has a relative error of order (lag times angle of a step)³.
-        """
-        if lag == self.lag:
-            return
-        self.lag, n = lag, len(self.table)
-        t = (np.arange(n)[:, None] + first) / n
+    table: (P, n); even: one period of the rows at even angles (p, n), p a divisor of P.
+    slope, bend: half the differences and the second differences of its rows (p, n).
+    lag: in the middle of the table, in rows; first: time step of row 0, 0 or 1.
+    """
+    n_rows, period = table.shape[0], even.shape[0]
+    for row in range(n_rows):
+        t, k = (row + first) / n_rows, row % period
         off = -4.0 * lag * t * (1.0 - t)
-        np.multiply(self.bend, off, out=self.work)
-        self.work += self.slope
-        self.work *= off
-        np.add(self.work, self.even, out=self.table)
+        for i in range(table.shape[1]):
+            table[row, i] = even[k, i] + off * (slope[k, i] + off * bend[k, i])
+
+
+class _Shifted:
+    """A table of even angles in the kernel that is shifted by the lag of the disk.
+
+    The parabola through three rows has a relative error of order (lag times angle of a step)³.
+    """
+
+    def __init__(self, table: np.ndarray, period: int, first: int) -> None:
+        """table: (P, n), modified; period: rows after which it repeats itself; first: its step."""
+        self.table, self.first, self.lag = table, first, 0.0
+        self.even = table[:period].copy()
+        table[:] = np.tile(self.even, (len(table) // period, 1))  # with the bits of the first
+        after, before = np.roll(self.even, -1, axis=0), np.roll(self.even, 1, axis=0)
+        self.slope, self.bend = (after - before) / 2.0, (after + before) / 2.0 - self.even
+
+    def shift(self, lag: float) -> None:
+        """Write the table for a stretch; lag: in its middle, in rows."""
+        if lag != self.lag:
+            shift_rows(self.table, self.even, self.slope, self.bend, lag, self.first)
+            self.lag = lag
 
 
 class Stretches(NamedTuple):

@@ -1,10 +1,9 @@
 """Data that all runs of a study share: casing, contact, time integration, steady state."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.protocols import Law
@@ -58,7 +57,7 @@ class Scene(NamedTuple):
             return self
         return self._replace(clearance=float(self.clearances(speed_hz)), running=None)
 
-    def clearances(self, speeds_hz: npt.ArrayLike, times: npt.ArrayLike = 0.0) -> np.ndarray:
+    def clearances(self, speeds_hz: Any, times: Any = 0.0) -> Any:
         """Clearances [m] at speeds [Hz], and at times [s] of a run-up, of one shape."""
         known = self.running or ((0.0, self.clearance),)
         gaps = np.interp(speeds_hz, *np.array(known).T)

@@ -1,4 +1,4 @@
-"""State of a long task beside its result file, from which a later run goes on with the same bits."""
+"""State of a long task beside its result file, from which it goes on with the same bits."""
 
 import contextlib
 import hashlib
@@ -47,10 +47,10 @@ class Kept:
 
         poll: called often. Raises what it raises, after the state is kept.
         """
-        with contextlib.suppress(OSError, ValueError, KeyError, BadZipFile):
-            with np.load(self.path) as state:
-                if state["origin"] == self.origin:
-                    work.restore(state)
+        damage = OSError, ValueError, KeyError, BadZipFile
+        with contextlib.suppress(*damage), np.load(self.path) as state:
+            if state["origin"] == self.origin:
+                work.restore(state)
         for _ in work.go_on():
             try:
                 poll()
@@ -62,9 +62,13 @@ class Kept:
 
     def _save(self, work: Resumable) -> None:
         self.saved = time.monotonic()
-        with contextlib.suppress(OSError):  # without it a later run begins the task anew
-            with ownership.replacing(self.path) as part, open(part, "wb") as file:
-                np.savez(file, origin=self.origin, **work.state())
+        parts: dict[str, Any] = work.state()
+        with (
+            contextlib.suppress(OSError),  # without it a later run begins the task anew
+            ownership.replacing(self.path) as part,
+            open(part, "wb") as file,
+        ):
+            np.savez(file, origin=self.origin, **parts)
 
     def forget(self) -> None:
         """Remove the state of a task that is in the result file."""

@@ -157,7 +157,8 @@ def test_wrong_inputs(text, message):
 
 
 IDLE = [
-    ("sources: [b.h5]", "sources: ['b.h5'] has no effect: it goes with study: energy, not modal"),
+    ("sources: [b.h5]",
+     "sources: ['b.h5'] has no effect: it goes with study: energy or run_up, not modal"),
     ("casing: {clearance_mm: 0.3, clearance_hz_mm: [[33, 0.3], [36, 0.2]]}",
      "clearance_mm: 0.3 has no effect: it cannot be combined with casing.clearance_hz_mm"),
     ("casing: {smoothing_mm: 9}", "casing.profile_csv or casing.profile_mm, which is no"),

@@ -143,9 +143,7 @@ def open_contact(path: str | Path) -> ResultFile:
     return ResultFile(path, check=check)
 
 
-def require_complete(
-    file: ResultFile, config: Config, apart: tuple[str, ...] = APART
-) -> None:
+def require_complete(file: ResultFile, config: Config, apart: tuple[str, ...] = APART) -> None:
     """Raise InputError unless an open contact study is complete, with the physics of `config`.
 
     apart: begins of keys in which both may differ.

@@ -130,8 +130,7 @@ def _peaks_of_runs(
             run_up_of(modes, problem.scene, schedule, asked, poll)
             for schedule in run_up.schedules(config)
         ]
-        envelopes = np.stack([run.envelope.max(axis=(0, 1), initial=0.0,
-                              where=~np.isnan(run.envelope)) for run in runs]).max(axis=0)  # fmt: skip
+        envelopes = np.fmax.reduce([np.fmax.reduce(run.envelope, axis=(0, 1)) for run in runs])
         stress = [run.stress[np.isfinite(run.stress)].max(initial=0.0) for run in runs]
         failed = any(are_fatal(run.reason).any() for run in runs)
         size, at = largest(envelopes, middles)

@@ -14,8 +14,8 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.contact import status
 from hpcrub.errors import InputError
-from hpcrub.response.run_up import Run, Runner
 from hpcrub.response.revolution import cut_revolution
+from hpcrub.response.run_up import Run, Runner
 from hpcrub.results.layout import PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
@@ -45,7 +45,7 @@ OF_STRESS = (
 )
 OF_COATING = (Dataset("worn_depth_m", _RUN, "m", "largest worn depth at the end of a leg"),)
 LAYOUT = (
-    Dataset("hz_per_s", ("rate",), "Hz/s", "rates at which the speed changes; of a table the largest"),
+    Dataset("hz_per_s", ("rate",), "Hz/s", "gain of speed of each run; of a table the largest"),
     Dataset("interval_hz", ("interval",), "Hz", "middles of the intervals of speed"),
     Dataset("rises", ("leg",), "1", "legs: 1 the speed rises, 0 it falls", "u1"),
     Dataset("half_range", ("level",), "1", "mistuning levels: largest deviation of a stiffness"),
@@ -141,11 +141,12 @@ class RunUp(Study):
 
     def cost(self, config: Config) -> Cost:
         """Steps of all repetitions of all disks, and of the tuned disk with half the step."""
-        per_turn = cut_revolution(min(run_up.ends_of(config)), scene_of(config)).steps_per_revolution
+        slowest, scene = min(run_up.ends_of(config)), scene_of(config)
+        per_turn = cut_revolution(slowest, scene).steps_per_revolution
         n_disks = len(config.levels) * len(config.samples)
         turns = sum(run.turned[-1] for run in run_up.schedules(config))
-        lanes = scene_of(config).lanes[0]
-        return Cost(steps=(n_disks + 3) * turns * per_turn * lanes, disks=n_disks + 1)
+        n_steps = (n_disks + 3) * turns * per_turn * scene.lanes[0]
+        return Cost(steps=n_steps, disks=n_disks + 1)
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings of any study in time, and the force by the gain of speed, which is left out."""
@@ -162,7 +163,8 @@ class RunUp(Study):
         """Run one disk up at one rate; task: number of the disk, and of the rate."""
         disk, rate = task
         problem: Problem = self.problem_of(prepared)
-        group, where, blades = "tuned", (), run_deviation(config, 0)
+        group, blades = "tuned", run_deviation(config, 0)
+        where: tuple[int, ...] = ()
         if disk > 0:
             sample, level = divmod(disk - 1, len(config.levels))
             group, where, blades = "samples", (level, sample), deviation(config, level, sample)
