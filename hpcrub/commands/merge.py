@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from hpcrub.config.text import counted
 from hpcrub.ranks.progress import say
-from hpcrub.studies.contact.merge import merge
+from hpcrub.studies.shared.merge import merge
 
 
 def main(argv: Sequence[str] | None = None) -> int:

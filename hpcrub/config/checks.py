@@ -75,8 +75,7 @@ def problems(config: Any) -> Iterator[str]:
     yield from _contact_problems(config)
     yield from _run_problems(config)
     yield from _pattern_problems(config)
-    yield from _part_problems(config)
-    yield from run_up.problems(config)
+    yield from (*_part_problems(config), *run_up.problems(config))
 
 
 def keys_without_effect(config: Any) -> Iterator[str]:

@@ -128,8 +128,7 @@ class Job:
 
     def _collect(self, tasks: Any, seconds: Any) -> None:
         """Count tasks that took some seconds, and tell how far the job is (rank 0)."""
-        # a task may have several parts
-        self.n_finished += sum(np.size(self.status[task]) for task in tasks)
+        self.n_finished += sum(self.study.n_parts(self.status, task) for task in tasks)
         self.work += Work(len(tasks), 0, seconds)
         n_now = self.work.n_done - self.n_before
         self.progress.part(self.study.unit, *self.n_done(), n_now, self.expected)

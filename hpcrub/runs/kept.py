@@ -24,6 +24,9 @@ class Resumable(Protocol):
     def go_on(self) -> Iterator[int]:
         """Go on, and yield where it can be interrupted."""
 
+    def result(self) -> Any:
+        """What it has computed in the end."""
+
     def state(self) -> dict[str, np.ndarray]:
         """All that has changed since the begin, by name."""
 
@@ -42,10 +45,10 @@ class Kept:
         self.origin = np.array(hashlib.sha256(words.encode()).hexdigest())
         self.saved = time.monotonic()
 
-    def finish(self, work: Resumable, poll: Any) -> None:
+    def finish(self, work: Resumable, poll: Any) -> Any:
         """Go on from the kept state, if there is one, to the end; keep the state in between.
 
-        poll: called often. Raises what it raises, after the state is kept.
+        poll: called often. Raises what it raises, after the state is kept. Returns the result.
         """
         damage = OSError, ValueError, KeyError, BadZipFile
         with contextlib.suppress(*damage), np.load(self.path) as state:
@@ -59,6 +62,7 @@ class Kept:
                 raise
             if time.monotonic() - self.saved > EVERY:
                 self._save(work)
+        return work.result()
 
     def _save(self, work: Resumable) -> None:
         self.saved = time.monotonic()

@@ -136,6 +136,10 @@ class Study:
         """Status of all parts of a file, of any shape."""
         return file.status
 
+    def n_parts(self, status: np.ndarray, task: Any) -> int:
+        """Number of parts that a task has; status: of all parts, as `parts`."""
+        return int(np.size(status[task]))
+
     def next_round(self, file: ResultFile) -> Round:
         """Tasks that are computed next, and what the results in the file tell so far (rank 0)."""
         return Round(np.flatnonzero(file.status == PENDING).tolist())
@@ -181,6 +185,19 @@ class Study:
     def conclusion(self, file: ResultFile, usable: bool) -> Iterable[str]:
         """Lines, of `report` or `answer`, that answer what was asked; usable: as in `answer`."""
         return list(self.report(file))[:1]
+
+    # of a study that can be computed in parts, which has the section `part`
+
+    def shared(self, file: ResultFile) -> dict[str, Any] | None:
+        """Results that all parts share, by the names of their datasets; None: not complete."""
+        raise NotImplementedError
+
+    def of_samples(self, file: ResultFile) -> list[str]:
+        """Names of the datasets with a row for every sample, samples/status last."""
+        raise NotImplementedError
+
+    def complete(self, run: "Run", file: ResultFile) -> None:
+        """Write what follows from all samples of a file."""
 
     def print_results(self, file: ResultFile) -> None:
         """Print verdict and results."""
@@ -281,7 +298,7 @@ class Run(NamedTuple):
             n_given = len(config.sources)
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
         if config.is_part and "part" not in study.sections:
-            yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
+            yield f"part.samples: a {study.name} study cannot be computed in parts"
         if study.integrates and not ("history" in study.sections or run_up.runs_up(config)):
             yield from plausibility.steady_problems(config)
         yield from study.problems(config)

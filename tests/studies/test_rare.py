@@ -29,7 +29,7 @@ REFUSED = {
     "limits.probability_below=1.5": "limits.probability_below",
     "limits.amplitude_mm=null": "a rare study needs limits.amplitude_mm or limits.stress_mpa",
     "mistuning.half_range_percent=[1, 2]": "a rare study is of one level",
-    "part.samples=[0, 10]": "only a contact study can be computed in parts, not rare",
+    "part.samples=[0, 10]": "a rare study cannot be computed in parts",
 }
 
 

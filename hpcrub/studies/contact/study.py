@@ -9,6 +9,7 @@ import numpy as np
 from hpcrub.config import study_keys
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
+from hpcrub.ranks.parallel import Team
 from hpcrub.results.layout import DONE, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
@@ -18,7 +19,7 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import findings, layout, summary
 from hpcrub.studies.contact.amplification import n_runs
-from hpcrub.studies.contact.file import is_untouched, read_verdict
+from hpcrub.studies.contact.file import is_untouched, names, read_tuned, read_verdict
 from hpcrub.studies.contact.limits import limit_lines
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 from hpcrub.studies.contact.survey import n_counted
@@ -99,6 +100,19 @@ class Contact(Study):
         known = {name: file.read(layout.AMPLIFICATION.dataset(name)) for name in names}
         error = judged_error(convergence.criterion, known)
         return first_converged(error, convergence.target_error) is not None
+
+    def shared(self, file: ResultFile) -> dict[str, Any] | None:
+        """Results of the tuned disk; None: not complete."""
+        tuned = read_tuned(file)
+        return tuned and {f"tuned/{name}": values for name, values in tuned.items()}
+
+    def of_samples(self, file: ResultFile) -> list[str]:
+        """Names of the datasets of samples, the status last."""
+        return [f"samples/{name}" for name in names(file, "samples")]
+
+    def complete(self, run: Run, file: ResultFile) -> None:
+        """Write the statistics of all samples."""
+        MonteCarlo(run, Team(), None, file).update_statistics()
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """One line: peaks of the tuned disk and at the widest level, amplifications, verdict."""

@@ -11,7 +11,6 @@ import numpy as np
 
 from hpcrub.config import run_up
 from hpcrub.config.schema import Config
-from hpcrub.config.text import counted
 from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.response.revolution import cut_revolution
@@ -59,8 +58,7 @@ LAYOUT = (
     Dataset(
         "samples/amplification", ("level", "sample", "rate", "leg"), "1",
         "median peak of the repetitions over that of the tuned disk in the same leg"),
-    Dataset("status", ("disk", "rate"), "1", "0 pending, 1 done; disk 0 is tuned, then come the "
-            "samples by number, of each all levels", "u1"),
+    Dataset("tuned/run_status", ("rate",), "1", "0 pending, 1 done", "u1"),
 )  # fmt: skip
 STEADY = (
     Dataset("steady_speed_hz", ("steady_speed",), "Hz", "speeds of the contact study of sources"),
@@ -75,14 +73,14 @@ class RunUp(Study):
 
     name = "run_up"
     what = "run-up and run-down in time, percentiles over the rates"
-    sections = ("run_up", "spectrum")
+    sections = ("run_up", "spectrum", "part")
     scales = {
         "rate": "hz_per_s", "interval": "interval_hz", "level": "half_range",
         "frequency": "frequency_hz", "steady_speed": "steady_speed_hz",
     }  # fmt: skip
     integrates = True
     of_tasks = False
-    unit = "runs"
+    unit = "disks"
     report = staticmethod(summary.report)
     answer = staticmethod(summary.answer)
 
@@ -98,6 +96,7 @@ class RunUp(Study):
                 line._replace(name=f"samples/{line.name}", dimensions=samples + line.dimensions)
                 for line in of_disk
             ),
+            Dataset("samples/status", samples, "1", "0 pending, 1 done", "u1"),
             *(STEADY if config.sources else ()),
         )
 
@@ -110,7 +109,6 @@ class RunUp(Study):
             "leg": len(runs[0].leg_ends),
             "interval": len(run_up.intervals(config)) - 1,
             "frequency": config.spectrum.n_frequencies,
-            "disk": 1 + len(config.levels) * len(config.samples),
         }
 
     def source_sizes(self, config: Config) -> dict[str, int]:
@@ -153,49 +151,83 @@ class RunUp(Study):
         yield from super().warnings(config, prepared)
         yield from summary.euler_line(config, prepared)
 
+    def parts(self, file: ResultFile) -> np.ndarray:
+        """Status of the tuned disk at every rate, then of all samples."""
+        return np.append(file.read("tuned/run_status"), file.read("samples/status"))
+
+    def n_parts(self, status: np.ndarray, task: Any) -> int:
+        """Every task is one part."""
+        return 1
+
     def next_round(self, file: ResultFile) -> Round:
-        """All pending runs, those of the tuned disk first."""
-        tasks = np.argwhere(file.status == PENDING)
+        """The tuned disk at the rates that are pending, then the pending samples."""
+        rates = np.flatnonzero(file.read("tuned/run_status") == PENDING).tolist()
+        if rates:
+            return Round([(rate,) for rate in rates], status="tuned/run_status")
+        tasks = np.argwhere(file.read("samples/status") == PENDING)
+        tasks = tasks[np.argsort(tasks[:, 1], kind="stable")]  # all levels of a sample together
         known = {} if len(tasks) else {"samples/amplification": summary.amplifications(file)}
-        return Round([tuple(task) for task in tasks.tolist()], known)
+        return Round([tuple(task) for task in tasks.tolist()], known, status="samples/status")
 
     def compute(self, config: Config, prepared: Any, task: Any, poll: Poll) -> Iterator[Values]:
-        """Run one disk up at one rate; task: number of the disk, and of the rate."""
-        disk, rate = task
+        """Run the tuned disk up at one rate, or a sample at all rates.
+
+        task: (rate,), or level and number of a sample.
+        """
         problem: Problem = self.problem_of(prepared)
-        group, blades = "tuned", run_deviation(config, 0)
-        where: tuple[int, ...] = ()
-        if disk > 0:
-            sample, level = divmod(disk - 1, len(config.levels))
-            group, where, blades = "samples", (level, sample), deviation(config, level, sample)
-            yield "samples/deviation", where, blades
+        if len(task) == 1:
+            yield from _tuned(config, problem, task[0], poll)
+            return
+        blades = deviation(config, *task)
+        yield "samples/deviation", task, blades
         modes = rubbing_modes(config, problem, blades)
-        schedule, asked = run_up.schedules(config)[rate], asked_of(config, spectra=disk == 0)
-        kept = Kept(config, task)
-        runner = Runner(modes, problem.scene, schedule, asked)
-        kept.finish(runner, poll)
-        run = runner.result()
-        for name, values in _values(config, run).items():
-            yield f"{group}/{name}", (*where, rate), values
-        if disk == 0:
-            yield "tuned/spectrum_m", rate, run.spectrum
-            finer = problem.scene._replace(
-                step=problem.scene.step / 2.0, least_steps=2.0 * problem.scene.least_steps
-            )
-            half = Runner(modes, finer, schedule, asked_of(config))
-            again = Kept(config, (*task, "half"))
-            again.finish(half, poll)
-            yield "tuned/half_step_peak_m", rate, peaks(half.result().envelope)
-            again.forget()
-        kept.forget()
+        sample = config.samples[task[1]]
+        for rate, schedule in enumerate(run_up.schedules(config)):
+            runner = Runner(modes, problem.scene, schedule, asked_of(config))
+            run = Kept(config, (task[0], sample, rate)).finish(runner, poll)
+            for name, values in _values(config, run).items():
+                yield f"samples/{name}", (*task, rate), values
+        for rate in range(len(run_up.schedules(config))):
+            Kept(config, (task[0], sample, rate)).forget()
+
+    def shared(self, file: ResultFile) -> dict[str, Any] | None:
+        """Results of the tuned disk; None: not complete."""
+        if (file.read("tuned/run_status") == PENDING).any():
+            return None
+        names = (line.name for line in self.layout(file.config) if line.name.startswith("tuned/"))
+        return {name: file.read(name) for name in names}
+
+    def of_samples(self, file: ResultFile) -> list[str]:
+        """Names of the datasets of samples but what follows from them, the status last."""
+        names = [line.name for line in self.layout(file.config)]
+        derived = "samples/amplification", "samples/steady_peak_m", "samples/status"
+        own = [n for n in names if n.startswith("samples/") and n not in derived]
+        return [*own, "samples/status"]
+
+    def complete(self, run: Any, file: ResultFile) -> None:
+        """Write the amplifications."""
+        file.write({"samples/amplification": summary.amplifications(file)}, ())
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Findings against the runs."""
         return summary.findings(file)
 
-    def amount_done(self, file: ResultFile, n_done: int) -> str:
-        """Number of runs that are done, in words."""
-        return counted(n_done, "run") + f" of {file.status.size:,}"
+
+def _tuned(config: Config, problem: Problem, rate: int, poll: Poll) -> Iterator[Values]:
+    """Results of the tuned disk at one rate, with half the time step, too."""
+    modes = rubbing_modes(config, problem, run_deviation(config, 0))
+    schedule, scene = run_up.schedules(config)[rate], problem.scene
+    kept = [Kept(config, ("tuned", rate)), Kept(config, ("tuned", rate, "half"))]
+    runner = Runner(modes, scene, schedule, asked_of(config, spectra=True))
+    run = kept[0].finish(runner, poll)
+    for name, values in _values(config, run).items():
+        yield f"tuned/{name}", rate, values
+    yield "tuned/spectrum_m", rate, run.spectrum
+    finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
+    half = kept[1].finish(Runner(modes, finer, schedule, asked_of(config)), poll)
+    yield "tuned/half_step_peak_m", rate, peaks(half.envelope)
+    for state in kept:
+        state.forget()
 
 
 def peaks(envelope: np.ndarray) -> np.ndarray:

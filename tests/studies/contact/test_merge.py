@@ -20,7 +20,7 @@ from hpcrub.results.layout import PENDING
 from hpcrub.runs import result_files
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import merge as merging
+from hpcrub.studies.shared import merge as merging
 from tests.program import TINY, datasets, error_lines, lay_out, load, refusal, run_here
 
 STUDY = TINY.replace("samples: 2", "samples: 5") + "output: whole.h5\n"
@@ -273,7 +273,7 @@ def test_a_part_is_never_replaced_by_the_whole(folder, capsys):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("study: modal", "is of the study modal, not contact"),
+        ("study: modal", "is of the study modal, which has no parts"),
         ("convergence: {stop_when_converged: true}", "stops when it has converged"),
     ],
 )

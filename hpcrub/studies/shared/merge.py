@@ -1,4 +1,4 @@
-"""Merge the files of parts of a contact study into the file of the whole study.
+"""Merge the files of parts of a study of many samples into the file of the whole study.
 
 The parts may overlap and need not be complete, and their order does not matter: a sample is taken
 from any part that has finished it, and samples that no part has stay pending. Where parts overlap,
@@ -19,15 +19,11 @@ import numpy as np
 
 from hpcrub.config.schema import differences
 from hpcrub.errors import HpcrubError, InputError, reason
-from hpcrub.ranks.parallel import Team
 from hpcrub.results import ownership, storage
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import memory, result_files
-from hpcrub.runs.study import Run
-from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact.monte_carlo import MonteCarlo
-from hpcrub.studies.contact.study import STUDY, open_contact
+from hpcrub.studies import open_result, run_of
 
 AT_ONCE = 2**26  # bytes read at once
 
@@ -67,7 +63,7 @@ def merge(
             raise InputError(
                 f"{out} is a part of a study and is not replaced: the file of the whole comes first"
             )
-        run = Run(STUDY, config)
+        run = run_of(config)
         memory.check(run)
         result_files.lay_out(unfinished, run, origin)
         try:
@@ -89,7 +85,7 @@ def _is_part(path: Any) -> Any:
 
 
 def _survey(out: Any, paths: Any, samples: Any) -> tuple[Any, Any, Any]:
-    """Data that all parts share: Config of the whole, results of the tuned disk, attributes.
+    """What all parts share: Config of the whole, results of the tuned disk, attributes.
 
     The attributes name programs and libraries, and hold the warnings. Raises InputError for parts
     that do not belong together.
@@ -97,8 +93,9 @@ def _survey(out: Any, paths: Any, samples: Any) -> tuple[Any, Any, Any]:
     config = tuned = tuned_path = None
     origin, warned = defaultdict[str, set](set), dict[str, None]()
     for path in paths:
-        with open_contact(path) as part:
-            mine, part_tuned = _whole_config(part, out, samples), contact_file.read_tuned(part)
+        with open_result(path) as part:
+            mine = _whole_config(part, out, samples)
+            part_tuned = run_of(mine).study.shared(part)
             if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
                 raise InputError(f"parts of different studies: {'; '.join(other)}")
             config = config or mine
@@ -117,6 +114,8 @@ def _survey(out: Any, paths: Any, samples: Any) -> tuple[Any, Any, Any]:
 
 
 def _whole_config(part: Any, out: Any, samples: Any) -> Any:
+    if "part" not in run_of(part.config).study.sections:
+        raise InputError(f"{part.path} is of the study {part.config.study}, which has no parts")
     if part.config.convergence.stop_when_converged:
         raise InputError(f"{part.path} stops when it has converged: it cannot be part of another")
     end = part.config.samples.stop
@@ -130,7 +129,7 @@ def _same_tuned(tuned: Any, path: Any, other_tuned: Any, other_path: Any) -> Non
     differ = [n for n in sorted(tuned) if tuned[n].tobytes() != other_tuned[n].tobytes()]
     if differ:
         raise InputError(
-            f"the tuned disk of {path} and of {other_path} is not the same (tuned/{differ[0]}): "
+            f"the tuned disk of {path} and of {other_path} is not the same ({differ[0]}): "
             "they were computed on different kinds of processors, or with different libraries"
         )
 
@@ -139,17 +138,19 @@ def _fill(path: Any, parts_paths: Any, run: Any, tuned: Any) -> Any:
     """Write the contents of the parts into the laid-out file; returns the status of all samples."""
     with ResultFile(path, mode="r+") as whole:
         if tuned:
-            contact_file.write_tuned(whole, tuned)
+            whole.write(tuned, ())
         for part_path in parts_paths:
-            with open_contact(part_path) as part:
-                _copy(part, whole)
-        MonteCarlo(run, Team(), None, whole).update_statistics()
+            with open_result(part_path) as part:
+                _copy(part, whole, run.study.of_samples(part))
+        run.study.complete(run, whole)
         return whole.status
 
 
-def _copy(part: Any, whole: Any) -> None:
-    """Copy the finished samples of a part into the whole file, a group of samples at a time."""
-    names = [f"samples/{name}" for name in contact_file.names(part, "samples")]
+def _copy(part: Any, whole: Any, names: Sequence[str]) -> None:
+    """Copy the finished samples of a part into the whole file, a group of samples at a time.
+
+    names: of datasets with a row for every sample, the status last.
+    """
     start, n_samples = part.config.samples.start, len(part.config.samples)
     rows = max(1, AT_ONCE // sum(part.read(name, (0, 0)).nbytes for name in names))
     for mine, level in enumerate(part.config.levels):
