@@ -44,7 +44,7 @@ run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwri
 test: $(STAMP)  ## run all tests, as many at once as there are cores (ARGS="-k config", ARGS="-n 0")
 	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal $(ARGS)
 
-test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5 min)
+test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 4 min)
 	@command -v slurmctld >/dev/null || { apt-get update -q; apt-get install -q -y --no-install-recommends slurm-wlm munge; }
 	@$(VENV_PYTHON) -m pytest tests/slurm $(ARGS)
 

@@ -84,7 +84,14 @@ def make_bank(structure, scene, steps, n_rows=1, kind=lambda modes: modes):
 
 
 def spatial(modes):
-    """The Modes of a planar structure as those of one that could move axially, too."""
+    """The Modes of a planar structure as those of one that could move axially, too.
+
+    A single mode gets a second one, which moves no point: arrays of one mode have another memory
+    layout, for which the kernel would be compiled once more.
+    """
+    if len(modes.omega) == 1:
+        rows = (np.pad(part, ((0, 0), (0, 1))) for part in (modes.normal, modes.tangential))
+        modes = Modes.planar(np.repeat(modes.omega, 2), *rows)
     return modes._replace(axial=np.zeros_like(modes.normal))
 
 

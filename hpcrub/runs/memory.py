@@ -20,6 +20,7 @@ SAMPLE = 64  # bytes on rank 0 for every sample, or disk at a value of a key, or
 NUMBER = 8  # bytes
 # measured memory of a process that has just started, and of one that compiles [bytes]
 INTERPRETER, COMPILING = 160_000_000, 400_000_000
+PIECE = 500  # measured memory of the arrays of one block of a history, beside their numbers [bytes]
 
 
 def estimate(run: Run) -> int:
@@ -48,6 +49,7 @@ def estimate(run: Run) -> int:
             kept = config.n_coordinates + 4 * n_points  # forces, displacements, gaps
             one_speed = config.speeds.n_values == 1  # in pieces, and joined
             integration += NUMBER * records * kept * (2 if one_speed else len(history.LANES))
+            integration += PIECE * history.n_blocks(speed, config.history.duration_s, grid)
     return max(INTERPRETER + model + rows + integration, COMPILING * study.integrates)
 
 

@@ -130,14 +130,13 @@ class TimeResponse(StudyInTime):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
-        speed, duration = config.speeds.from_hz, config.history.duration_s
-        checks, block_ends = _times(config)
+        span, scene = (config.speeds.from_hz, config.history.duration_s), scene_of(config)
         return {
             "disk": len(fixed_disks(config)),
-            "time": history.n_records(speed, duration, scene_of(config)),
+            "time": history.n_records(*span, scene),
             "point": config.disk.n_points,
-            "check": len(checks),
-            "block": len(block_ends),
+            "check": len(history.checks(*span, scene)),
+            "block": history.n_blocks(*span, cut_revolution(span[0], scene)),
         }
 
     def constants(self, config: Config) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from evidence.page import updated
 from hpcrub import errors, plot
 from hpcrub.config import yaml_text
 from hpcrub.config.schema import Config, load_runs
+from hpcrub.contact import status
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.ranks.runlog import RunLog, Work
@@ -43,6 +44,15 @@ def test_every_field_of_the_log_is_on_its_page(tmp_path):
     lines = (tmp_path / "a.runs.jsonl").read_text("utf-8").splitlines()
     fields = {name for line in lines for name in json.loads(line)}
     assert fields <= set(re.findall(r"`(\w+)`", (REFERENCE / "logs.md").read_text("utf-8")))
+
+
+def test_every_reason_is_in_the_table_of_the_stress_test():
+    """In the order of their codes; that of the energy audit tells how many were audited, too."""
+    rows = (
+        (DOCS / "stress.md").read_text("utf-8").partition("| reason | points |\n")[2].splitlines()
+    )
+    found = [row.split(" | ")[0].removeprefix("| ") for row in rows[1 : len(status.WORDS) + 1]]
+    assert tuple(re.sub(r" \(of .* audited\)", "", words) for words in found) == status.WORDS
 
 
 def test_every_exit_code_is_on_its_page():

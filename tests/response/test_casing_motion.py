@@ -47,7 +47,7 @@ def test_the_largest_motion_is_that_of_the_history(problem, swept):
 
 def test_speeds_side_by_side_do_not_matter(problem, swept):
     modes, together = swept
-    alone = run_sweep(modes, problem.scene, SPEEDS, selection=[1], width=1)
+    alone = run_sweep(modes, problem.scene, SPEEDS, selection=[1], width=4)
     np.testing.assert_equal(at_speed(alone, 1), at_speed(together, 1))
 
 
