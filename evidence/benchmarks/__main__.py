@@ -19,7 +19,8 @@ from evidence.benchmarks import (
 
 SECTIONS = {
     "kernel": kernel_speed.section, "shapes": shapes.section, "spatial": spatial_speed.section,
-    "basis": shared_basis.section, "run_up": run_ups.section, "sample": sample_cost.sample, "start": sample_cost.start,
+    "basis": shared_basis.section, "run_up": run_ups.section, "sample": sample_cost.sample,
+    "start": sample_cost.start,
 }  # fmt: skip
 
 

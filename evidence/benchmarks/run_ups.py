@@ -54,7 +54,8 @@ def steps():
         for rate in rates:
             found = []
             for _ in range(TURNS + 1):  # the first one loads the kernel
-                runner = Runner(modes, scene, Schedule.of_rate(*ends, rate), Asked(borders, REPEATS))
+                schedule = Schedule.of_rate(*ends, rate)
+                runner = Runner(modes, scene, schedule, Asked(borders, REPEATS))
                 whole, kernel = _seconds(runner)
                 n_steps = runner.stretch * runner.grid.steps_per_block
                 found.append((whole / n_steps, kernel / n_steps))

@@ -17,7 +17,7 @@ from hpcrub.response.schedule import Schedule
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import build_problem
-from tests.program import BLISK, TINY
+from tests.program import TINY
 
 BORDERS = np.linspace(33.0, 36.0, 13)
 COATING = "contact: {law: abradable, coating: {yield_mpa: 0.5}}\n"
