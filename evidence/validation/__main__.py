@@ -14,6 +14,7 @@ from evidence import page, progress
 
 CASES = (  # modules of this folder
     "bouncing_bar", "moving_wall", "full_disk", "casing", "clamped_rod", "bent_blade", "bent_disk",
+    "run_up",
 )  # fmt: skip
 FAST = "moving_wall", "casing"
 
