@@ -200,15 +200,8 @@ class Runner:
         self.last = history[-1, :, :n].copy()
         stress[:] = 0.0
         if self.scene.coating:
-            self._keep_worn(now, lanes)
-
-    def _keep_worn(self, now: _Now, lanes: np.ndarray) -> None:
-        """Note the worn depth once the last stretch of a leg is over."""
-        surface: Any = self.bank.law.surface
-        ends = now.began + 1.5 * now.lasts  # the middle of the next stretch
-        later = np.searchsorted(self.schedule.leg_ends, ends)
-        for lane in lanes[later[lanes] > now.leg[lanes]]:
-            self.run.worn[lane, now.leg[lane]] = surface.worn_depth(lane).max()
+            law: Any = self.bank.law
+            run.worn[lanes, now.leg[lanes]] = law.surface.worn[:, lanes].max(axis=0)
 
     def _judge(self, peaks: np.ndarray, size: np.ndarray) -> None:
         """Find repetitions that fail, which have no result (self is modified)."""

@@ -18,6 +18,7 @@ from hpcrub.statistics.percentiles import finite, interval_in_words, with_interv
 STEP_ERROR = 0.05  # effect of half the time step on a peak from which on it is told
 GRAVITY = 9.81  # [m/s²]
 CANTILEVER = 1.57  # participation of the first mode of a clamped beam in an even load, at its tip
+FAINT = 1e-2  # of the largest peak: smaller ones are no vibrations
 STRAY = 0.02  # of a peak: an Euler deflection that is told
 
 
@@ -258,10 +259,11 @@ def findings(file: ResultFile) -> Iterator[Finding]:
 def _at_the_ends(file: ResultFile) -> Iterator[Finding]:
     """Finding about peaks in the first or last interval of speed."""
     middles = file.read("interval_hz")
-    at = np.concatenate([
-        file.read(f"{group}/peak_speed_hz").ravel() for group in ("tuned", "samples")
-    ])  # fmt: skip
-    at = finite(at)
+    size, at = (
+        np.concatenate([file.read(f"{group}/{name}").ravel() for group in ("tuned", "samples")])
+        for name in ("peak_amplitude_m", "peak_speed_hz")
+    )
+    at = at[size > FAINT * np.nanmax(size, initial=0.0)]  # others are motions that die away
     for end, word, key in ((0, "lowest", "below"), (-1, "highest", "above")):
         n = int(np.count_nonzero(at == middles[end]))
         if n > 0.05 * max(len(at), 1) and len(middles) > 1:
