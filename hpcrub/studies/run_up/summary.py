@@ -186,8 +186,12 @@ def wear_lines(file: ResultFile) -> Iterator[str]:
 
 def chance_line(file: ResultFile) -> str:
     """What the repetitions scatter, and how far a peak is known."""
-    peaks = [file.read(f"{group}/peak_amplitude_m") for group in ("tuned", "samples")]
-    spread = [finite(_over(np.ptp(p, axis=-2), np.median(p, axis=-2))) for p in peaks]
+    spread = []
+    for group in ("tuned", "samples"):
+        peaks = file.read(f"{group}/peak_amplitude_m")
+        middle = _median(peaks)
+        moves = middle > FAINT * np.nanmax(middle, initial=0.0)
+        spread.append(finite(_over(np.ptp(peaks, axis=-2), middle)[moves]))
     width = np.diff(file.read("interval_hz")).max(initial=0.0)
     n = file.config.run_up.repeats
     both = ", ".join(
@@ -205,7 +209,8 @@ def chance_line(file: ResultFile) -> str:
 def _step_effect(file: ResultFile) -> float:
     """Largest change of the tuned disk's median peaks with half the time step [-]."""
     full, half = of_tuned(file), of_tuned(file, "half_step_peak_m")
-    change = finite(np.abs(_over(half, full) - 1.0))
+    moves = full > FAINT * np.nanmax(full, initial=0.0)
+    change = finite(np.abs(_over(half, full) - 1.0)[moves])
     return float(change.max()) if change.size else np.nan
 
 
