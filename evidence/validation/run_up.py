@@ -98,6 +98,7 @@ class Passage(NamedTuple):
     found: np.ndarray  # by the product (T,)
     exact: np.ndarray  # all modes (T,)
     alone: np.ndarray  # one mode, rotating wave (T,)
+    envelope: np.ndarray  # by the product, largest motion of a tip in intervals of speed (I,)
     resonance: float  # [Hz]
 
     def peaks(self):
@@ -125,7 +126,7 @@ def pass_by(rate, away, damping=DAMPING_RATIO):
     whole = exact(modes, scene, begin, rate, t) @ modes.observed.T
     alone = np.abs(passage(omega, damping, ORDER, begin, rate, t)) * damping * omega
     sizes = wave(scene, tips) / steady, wave(scene, whole) / steady
-    return Passage(begin + rate * t, *sizes, alone, at)
+    return Passage(begin + rate * t, *sizes, alone, run.run.envelope[0, 0] / steady, at)
 
 
 def step_errors(modes, scheme, ends=STEPS_ENDS):

@@ -6,17 +6,27 @@ has closed forms and an ODE solver. `tests.evidence.test_run_up_truth` holds the
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from evidence.truth import run_up_rubbing
-from evidence.truth.disk import DAMPING_RATIO, reference_reduced
+from evidence.truth.disk import DAMPING_RATIO, LOAD, reference_reduced
 from evidence.truth.energy import audit
-from evidence.truth.run_up import Harmonic, linear_run, turned
+from evidence.truth.run_up import Harmonic, linear_run, passage, turned
 from evidence.truth.run_up_rubbing import Structure, Wall, rubbing_run
 from evidence.validation import run_up as case
 from evidence.validation.report import SCHEMES, fitted_order
+from hpcrub.config.schema import Config
 from hpcrub.contact import integrate
+from hpcrub.model.casing import CasingShape
+from hpcrub.model.coating import ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response.run_up import Asked, run_up
 from hpcrub.response.schedule import Schedule
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import Motion
+from hpcrub.setup.problem import build_problem
+from hpcrub.studies.branches import follow
 from tests.program import TINY
 from tests.response.test_run_up import scene_and_modes
 
@@ -45,7 +55,7 @@ def test_all_repetitions_follow_a_table_that_holds_its_speed():
     slow = slice(0, 12)  # the others are quasi-static
     load = [Harmonic(ORDER, case.forces(modes, scene)[slow], ramped=False)]
     damping = np.full(12, DAMPING_RATIO)
-    for lane in (0, 3, 7):
+    for lane in (0, 7):
         waits = run.waits[lane]
         begin = [0.0] if waits else []
         table = [*begin, *(times + waits)], HZ * np.array([22.5] * len(begin) + [*speeds])
@@ -53,18 +63,22 @@ def test_all_repetitions_follow_a_table_that_holds_its_speed():
             modes.omega[slow], damping, load, turned(*table), run.time[:, lane] + waits
         )
         off = np.abs(run.position[:, slow, lane] - exact).max(axis=1)
-        assert off.max() < 2e-3 * np.abs(exact).max()
-        assert off.mean() < 1e-3 * np.abs(exact).max()
+        assert off.max() < 1e-3 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("way", [1, -1])
 def test_the_envelope_of_a_narrow_resonance_is_the_faddeeva_function(way):
-    narrow = case.pass_by(way * 0.2, 0.4, damping=DAMPING_RATIO / 5.0)
-    assert np.abs(narrow.found - narrow.alone).max() < 2e-3
+    narrow = case.pass_by(way * 0.05, 0.2, damping=DAMPING_RATIO / 10.0)
+    assert np.abs(narrow.found - narrow.alone).max() < 1e-3
     (found, _, alone), late = narrow.peaks()
     assert found == pytest.approx(alone, rel=2e-3)
     assert late[0] == pytest.approx(late[1], abs=0.01)
     assert 0.3 < found < 0.7
+    assert narrow.envelope.max() == pytest.approx(alone, rel=2e-3)
+    borders = np.linspace(narrow.resonance - 0.2, narrow.resonance + 0.2, case.FINE)
+    at = narrow.envelope.argmax() + np.array([-1, 2])  # the interval, and those beside
+    low, high = np.sort(way * (borders[at] - narrow.resonance))
+    assert low < late[1] < high
 
 
 def rubbing_pair(ends, lasts, step):
@@ -145,36 +159,102 @@ def audited(step, monkeypatch, lasts=0.12, ends=(33.0, 36.0), start=0.0, **chang
 
 
 def test_without_damping_and_friction_energy_changes_by_the_work_of_the_wall(monkeypatch):
-    """Steps explain all of it to rounding; what another length of steps adds falls with it."""
+    """Steps explain all of it to rounding; what new lengths of steps add is of second order."""
     added = []
-    for step in (4e-5, 2e-5, 1e-5):
+    for step in (4e-5, 2e-5):
         books = audited(step, monkeypatch)
-        assert max(ledger.unexplained()[0] for ledger in books.ledgers) < 1e-9
+        assert max(ledger.unexplained()[0] for ledger in books.ledgers) < 1e-12
         energy = books.ledgers[-1].energy[-1, 0]
         works = books.total("casing") - books.total("impact")
+        assert energy == pytest.approx(works + books.between().sum(), rel=1e-10)
         added.append(np.abs(books.between()).sum() / energy)
-        print(
-            energy,
-            works,
-            books.between().sum(),
-            len(books.ledgers),
-            books.total("friction"),
-            books.total("damping"),
-        )
-    print(added)
-    assert 0
+    assert 3.5 < added[0] / added[1] < 4.5
+    assert added[1] < 3e-4
 
 
 def test_a_circular_rigid_wall_never_adds_energy(monkeypatch):
-    from hpcrub.model.casing import CasingShape
-
     books = audited(2e-5, monkeypatch, start=1.0, casing=CasingShape(4, 0.0))
-    energy = np.concatenate([ledger.energy[:, 0] for ledger in books.ledgers])
-    print(
-        energy[::300],
-        books.total("impact"),
-        books.total("casing"),
-        books.between(),
-        (np.diff(energy)).max(),
-    )
-    assert 0
+    energy = [ledger.energy[:, 0] for ledger in books.ledgers]
+    assert max(np.diff(part).max() for part in energy) < 1e-10 * energy[0][0]
+    assert abs(books.total("casing")) < 1e-12 * energy[0][0]
+    assert np.abs(books.between()).sum() < 1e-4 * energy[-1][-1]
+    assert energy[-1][-1] < 0.4 * energy[0][0]
+
+
+def softened():
+    """Tuned disk whose load pushes all tips onto an elastic circle: a resonance that leans over.
+
+    The stiffness of the casing raises the frequency of waves that touch all the time by a fifth;
+    at resonance free tips would move 2.5 times as far as the clearance.
+    """
+    text = TINY + "contact: {law: elastic, casing_stiffness_n_per_m: 1e7}\n"
+    problem = build_problem(Config.from_yaml(text))
+    modes = mistuned_modes(problem.reduced, TUNED)
+    size = np.abs(case.forces(modes, problem.scene))
+    omega = modes.omega[size[:12].argmax()]
+    waves = np.abs(modes.omega / omega - 1.0) < 1e-9
+    force = case.forces(modes, problem.scene) * waves
+    free = np.abs(modes.normal @ force).max() / (2.0 * DAMPING_RATIO * omega**2)
+    stiffness = 0.5 * omega**2 * waves.sum() / (modes.normal[:, waves] ** 2).sum()
+    return modes, problem.scene._replace(
+        casing=CasingShape(4, 0.0), load=LOAD, load_order=ORDER, friction=0.0, ramp_time=0.0,
+        clearance=0.4 * free, elastic_casing=ElasticCasing(stiffness, 0.0), step=4e-5,
+        steady=SteadyCriteria(first_check=1.0, max_time=2.0),
+    )  # fmt: skip
+
+
+def test_up_and_down_a_run_follows_the_two_motions_at_one_speed():
+    """Where sweeps, each speed from the motion at the one before, find two."""
+    modes, scene = softened()
+    borders = np.array([22.4, 23.28, 23.32, 23.48, 23.52, 24.2])
+    found = []
+    for speeds, ends in (([23.0, 23.3, 23.5], (22.4, 23.7)), ([23.3, 23.5, 23.8], (24.2, 23.1))):
+        motion = Motion.at_rest(3, modes.n_rows)
+        sweep = follow(modes, scene, np.array(speeds), motion, ends[1] < ends[0], lambda: None)
+        run = run_up(modes, scene, Schedule.of_rate(*ends, 0.4), Asked(borders, 8))
+        steady = sweep.amplitude[np.isin(speeds, [23.3, 23.5])]
+        np.testing.assert_allclose(run.envelope[:, 0, [1, 3]], np.tile(steady, (8, 1)), rtol=0.05)
+        found.append(steady)
+    assert (found[0] > 2.0 * found[1]).all()
+
+
+def stiffened():
+    """Modes of the tuned disk at rest, blades of which are 30 % stiffer at 30 Hz."""
+    full, reduced = HZ * 30.0, reference_reduced(case.N_MODES)
+    slopes = 0.3 / full**2 * reduced.modal_blade_stiffness.sum(axis=0)
+    slopes = slopes, -0.2 / full**2 * slopes
+    return mistuned_modes(reduced._replace(stiffening=slopes), TUNED)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_frequencies_are_those_of_the_speed_while_it_changes(way):
+    """By an ODE solver with K(Ω(t)), and where the load meets the frequency of its speed."""
+    modes = stiffened()
+    scene = case.loaded(step=4e-5, record_interval=0.0)
+    main = int(np.abs(case.forces(modes, scene))[:12].argmax())
+    meets = brentq(lambda hz: ORDER * HZ * hz - modes.omega_at(HZ * hz)[main], 20.0, 30.0)
+    rate, lasts = way * 1.0, 3.0
+    begin = meets - rate * lasts / 2.0
+    ends = begin, begin + rate * lasts
+    run = case.trail(modes, scene, Schedule([0.0, lasts], ends))
+    force = case.forces(modes, scene)[main]
+
+    def rates(t, y):
+        omega = modes.omega_at(HZ * (begin + rate * t))[main]
+        load = (force * np.exp(1j * ORDER * HZ * (begin + rate * t / 2.0) * t)).real
+        return [y[1], load - omega * (omega * y[0] + 2.0 * DAMPING_RATIO * y[1])]
+
+    time, found = run.time[:, 0], run.position[:, main, 0]
+    solved = solve_ivp(rates, (0.0, time[-1]), [0.0, 0.0], "DOP853", time, rtol=1e-9, atol=1e-16)
+    size = np.abs(solved.y[0]).max()
+    np.testing.assert_allclose(found, solved.y[0], atol=1e-3 * size)
+    # as if the frequency were that of the crossing, and the load's neared it more slowly
+    near = HZ * (meets + np.array([-0.01, 0.01]))
+    slower = 1.0 - float(np.diff(modes.omega_at(near)[:, main])[0] / np.diff(near)[0]) / ORDER
+    omega, start = ORDER * HZ * meets, meets - slower * (meets - begin)
+    alone = np.abs(passage(omega, DAMPING_RATIO, ORDER, start, slower * rate, time))
+    both = np.abs(modes.omega / modes.omega[main] - 1.0) < 1e-9
+    wave = np.hypot(*run.position[:, both, 0].T)
+    assert abs(time[wave.argmax()] - time[alone.argmax()]) < 0.05
+    assert wave.max() == pytest.approx(alone.max() * abs(force) / (2.0 * omega), rel=0.01)
+    assert abs(begin + rate * time[wave.argmax()] - modes.omega[main] / (ORDER * HZ)) > 1.0
