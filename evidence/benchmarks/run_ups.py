@@ -58,7 +58,7 @@ def steps():
                     modes, scene, Schedule.of_rate(*ends, rate), Asked(borders, REPEATS)
                 )
                 whole, kernel = _seconds(runner)
-                n_steps = runner.stretch * runner.grid.steps_per_block
+                n_steps = runner.n_done * runner.period
                 found.append((whole / n_steps, kernel / n_steps))
             whole, kernel = min(found[1:])
             rows.append([f"{name}, {rate:g} Hz/s", f"{1e6 * whole:.2f}", f"{1e6 * kernel:.2f}",

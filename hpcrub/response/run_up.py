@@ -72,7 +72,7 @@ class Run:
 class _Now(NamedTuple):
     """A stretch of all repetitions: arrays (R,)."""
 
-    began: np.ndarray  # [s]
+    n_periods: int  # of the casing
     lasts: np.ndarray  # [s]
     speed_hz: np.ndarray  # mean speed [Hz]
     leg: np.ndarray  # int
@@ -92,7 +92,8 @@ class Runner:
         self.grid = grid = stretches(whole, schedule, asked)
         lanes, start_hz = enough(LANES, n), np.full(n, first_hz)
         self.bank = bank = allocate(modes, scene, grid, lanes, start_hz)
-        scheme, period = bank.scheme, whole.steps_per_block
+        scheme, self.period = bank.scheme, whole.steps_per_block
+        period = self.period
         self.tables = [_Shifted(scheme.bump, period, 1)]
         if scheme.external is not None:
             self.tables.append(_Shifted(scheme.external, period, 0))
@@ -108,19 +109,22 @@ class Runner:
         self.run = Run.empty(asked, len(schedule.leg_ends), scene.observes_stress)
         self.spectra = _Spectra(asked, self.run.spectrum, grid, len(modes.observed))
         n_steps = schedule.turned[-1] * grid.steps_per_revolution * (1.0 - 1e-12)
-        self.n_stretches = int(np.ceil((n_steps + self.delay.max()) / grid.steps_per_block))
-        self.stretch, self.failed = 0, np.zeros(n, dtype=bool)
+        self.n_periods = int(np.ceil((n_steps + self.delay.max()) / period))
+        self.n_done, self.failed = 0, np.zeros(n, dtype=bool)
         self.time = self._when(0)  # of every repetition now, negative before it begins [s]
         self.last = np.zeros((scheme.observed.shape[1], n))  # displacements in the last record [m]
 
     def go_on(self) -> Iterator[int]:
-        """Integrate stretch by stretch, and yield the number of stretches that are done."""
-        while self.stretch < self.n_stretches and not self.failed.all():
+        """Integrate stretch by stretch, and yield the number of periods that are done."""
+        while self.n_done < self.n_periods and not self.failed.all():
             now = self._begin()
-            integrate.run(self.bank, 1, self.record)
+            scheme, n_steps = self.bank.scheme, now.n_periods * self.period
+            load = None if scheme.external is None else scheme.external[:n_steps]
+            scheme = scheme._replace(bump=scheme.bump[:n_steps], external=load)
+            integrate.run(self.bank._replace(scheme=scheme), 1, self.record)
             self._keep(now)
-            self.stretch += 1
-            yield self.stretch
+            self.n_done += now.n_periods
+            yield self.n_done
 
     def result(self) -> Run:
         """Results of a run that is over."""
@@ -130,35 +134,49 @@ class Runner:
     def state(self) -> dict[str, np.ndarray]:
         """All that has changed since the begin, by name; `restore` takes it."""
         parts = {str(k): part for k, part in enumerate(self._arrays())}
-        mine = {"last": self.last, "stretches": np.array(self.stretch)}
+        mine = {"last": self.last, "periods": np.array(self.n_done)}
         return parts | mine | self.spectra.state()
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from a state of the same run (self is modified)."""
         for k, part in enumerate(self._arrays()):
             part[...] = state[str(k)]
-        self.last, self.stretch = state["last"], int(state["stretches"])
-        self.time = self._when(self.stretch)
+        self.last, self.n_done = state["last"], int(state["periods"])
+        self.time = self._when(self.n_done)
         self.failed = status.are_fatal(self.run.reason)
         for table in self.tables:
-            table.lag = np.nan  # the next stretch writes it anew
+            table.written = np.nan, 0  # the next stretch writes it anew
         self.spectra.restore(state)
 
     def _arrays(self) -> list[np.ndarray]:
         return [*arrays_of(self.bank), *arrays_of(self.record), *vars(self.run).values()]
 
-    def _when(self, stretch: int) -> np.ndarray:
-        """Time of every repetition at the begin of a stretch, negative before it begins [s]."""
-        n_steps = stretch * self.grid.steps_per_block - self.delay
+    def _when(self, n_periods: int) -> np.ndarray:
+        """Time of every repetition after some periods, negative before it begins [s]."""
+        n_steps = n_periods * self.period - self.delay
         return self.schedule.when(n_steps / self.grid.steps_per_revolution)
+
+    def _next(self) -> tuple[int, np.ndarray]:
+        """Periods of the coming stretch, and the time of every repetition at its end [s].
+
+        Where a repetition still waits, or the gain of speed changes, repetitions lag behind by
+        different angles: there a stretch is one period, in which the lag is small.
+        """
+        most = self.grid.steps_per_block // self.period
+        ends, times = self._when(self.n_done + most), self.schedule.time
+        first, last = np.searchsorted(times, [self.time.min(), ends.max()], side="right")
+        if first == last > 0 or most == 1:
+            return most, ends
+        return 1, self._when(self.n_done + 1)
 
     def _begin(self) -> _Now:
         """Give all repetitions the mean speed of the coming stretch, and shift the tables."""
         grid, plan, asked = self.grid, self.schedule, self.asked
         per_turn, bank = grid.steps_per_revolution, self.bank
-        began, ends = self.time, self._when(self.stretch + 1)
+        n_periods, ends = self._next()
+        began, n_steps = self.time, n_periods * self.period
         lasts, first = ends - began, plan.at(began)
-        mean = grid.steps_per_block / (lasts * per_turn)
+        mean = n_steps / (lasts * per_turn)
         mean = np.where(np.abs(mean / first - 1.0) < 1e-12, first, mean)
         self.coefficients.set(mean, 1.0 / (mean * per_turn))
         middle = began + lasts / 2.0
@@ -167,14 +185,14 @@ class Runner:
         # of an even acceleration a in a stretch T: (T t − t²) a/2, most after T/2, in steps
         lag = 0.125 * float(np.mean((plan.at(ends) - first) * lasts)) * per_turn
         for table in self.tables:
-            table.shift(lag)
+            table.shift(lag, n_steps)
         legs, borders = plan.leg_ends, asked.intervals_hz
         leg = np.minimum(np.searchsorted(legs, middle), len(legs) - 1)
         ends_hz = np.sort([first, plan.at(ends)], axis=0)
         interval = np.searchsorted(borders[1:-1], ends_hz, side="right")
         counts = (middle > 0.0) & (middle <= legs[-1]) & ~self.failed
         self.time = ends
-        return _Now(began, lasts, mean, leg, interval, counts)
+        return _Now(n_periods, lasts, mean, leg, interval, counts)
 
     def _keep(self, now: _Now) -> None:
         """Keep what a stretch has shown."""
@@ -190,6 +208,7 @@ class Runner:
             if run.stress.size:
                 run.stress[where] = np.fmax(run.stress[where], stress[lanes])
         history = record.history.reshape(-1, len(self.last), self.bank.width)
+        history = history[: now.n_periods * self.period // self.grid.stride]
         beyond = (size > self.asked.amplitude) | (stress > self.asked.stress)
         for lane in lanes[beyond[lanes]]:
             at, tip = (lane, now.leg[lane]), peaks[:, lane].argmax()
@@ -230,7 +249,7 @@ def shift_rows(
 
     table: (P, n); even: one period of the rows at even angles (p, n), p a divisor of P.
     slope, bend: half the differences and the second differences of its rows (p, n).
-    lag: in the middle of the table, in rows; first: time step of row 0, 0 or 1.
+    lag: in the middle of the rows, in rows; first: time step of row 0, 0 or 1.
     """
     n_rows, period = table.shape[0], even.shape[0]
     for row in range(n_rows):
@@ -248,17 +267,18 @@ class _Shifted:
 
     def __init__(self, table: np.ndarray, period: int, first: int) -> None:
         """table: (P, n), modified; period: rows after which it repeats itself; first: its step."""
-        self.table, self.first, self.lag = table, first, 0.0
+        self.table, self.first, self.written = table, first, (0.0, len(table))
         self.even = table[:period].copy()
         table[:] = np.tile(self.even, (len(table) // period, 1))  # with the bits of the first
         after, before = np.roll(self.even, -1, axis=0), np.roll(self.even, 1, axis=0)
         self.slope, self.bend = (after - before) / 2.0, (after + before) / 2.0 - self.even
 
-    def shift(self, lag: float) -> None:
-        """Write the table for a stretch; lag: in its middle, in rows."""
-        if lag != self.lag:
-            shift_rows(self.table, self.even, self.slope, self.bend, lag, self.first)
-            self.lag = lag
+    def shift(self, lag: float, n_rows: int) -> None:
+        """Write the first rows for a stretch; lag: in its middle, in rows."""
+        if (lag, n_rows) != self.written and (lag != 0.0 or self.written[0] != 0.0):
+            table = self.table[:n_rows]
+            shift_rows(table, self.even, self.slope, self.bend, lag, self.first)
+            self.written = lag, n_rows
 
 
 class Stretches(NamedTuple):

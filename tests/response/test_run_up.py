@@ -55,15 +55,16 @@ def test_constant_speed_has_the_bits_of_a_history(more):
     pieces = list(history.integrate(modes, scene, np.array([speed]), 2 * lasts))
     peaks = [piece.peak[:, 0] for piece in pieces]
     runner = Runner(modes, scene, Schedule([0.0, lasts], [speed, speed]), Asked(BORDERS, 8))
-    per_stretch = runner.grid.steps_per_block // cut_revolution(speed, scene).steps_per_block
-    for stretch in runner.go_on():
+    assert runner.period == cut_revolution(speed, scene).steps_per_block
+    before = 0
+    for periods in runner.go_on():
         found = runner.record.peak[: len(modes.observed), 0]
-        block = slice((stretch - 1) * per_stretch, stretch * per_stretch)
+        block, before = slice(before, periods), periods
         np.testing.assert_array_equal(found, np.max(peaks[block], axis=0))
     assert np.max(peaks) > 0.005
     if scene.coating:
         worn = runner.bank.law.surface.worn_depth(0).max()
-        assert worn == pieces[stretch * per_stretch - 1].worn[0].max()
+        assert worn == pieces[periods - 1].worn[0].max()
 
 
 def test_a_slow_run_has_the_amplitudes_of_a_steady_sweep():
@@ -149,9 +150,8 @@ def test_a_run_goes_on_with_the_same_bits(more):
     schedule = Schedule([0.0, 0.5, 0.8], [33.0, 35.5, 33.0])
     whole, first, second = (Runner(modes, scene, schedule, asked) for _ in range(3))
     list(whole.go_on())
-    for stretch in first.go_on():
-        if stretch == 7:
-            break
+    for _, _ in zip(range(7), first.go_on(), strict=False):
+        pass
     second.restore(first.state())
     list(second.go_on())
     expected, found = vars(whole.result()), vars(second.result())
