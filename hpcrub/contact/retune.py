@@ -1,8 +1,8 @@
 """Change of the speed of rotation in the middle of a motion: coefficients of lanes over the speed.
 
 All coefficients of a lane are smooth functions of its speed. They are computed as for any speed
-(`bank.fill_lane`) at the speeds of a geometric ladder, and a lane takes the parabola through the
-three rungs around its speed. The error is below 1e-7 of a coefficient: a phase drifts with it.
+(`bank.fill_lane`) at the speeds of a geometric ladder, and a lane takes the cubic through the four
+rungs around its speed. The error is below 1e-7 of a coefficient: a phase drifts with it.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,9 +13,10 @@ import numpy as np
 from hpcrub.contact.arrays import PER_LANE, Bank, Scheme, State
 from hpcrub.contact.jit import compiled
 
-STEP = 0.0025  # from one rung of the ladder to the next, over the speed
-N_RUNGS = 16  # rungs in memory at once
-BESIDE = np.array([[-1], [0], [1]])
+STEP = 0.008  # from one rung of the ladder to the next, over the speed
+N_RUNGS = 8  # rungs in memory at once
+N_PROBES = 3  # speeds that show which coefficients depend on the speed
+BESIDE = np.array([[-1], [0], [1], [2]])
 SET_APART = "step", "clearance"  # which are known without an interpolation
 
 
@@ -27,7 +28,7 @@ def blend(
 
     to: (n, L); rows: those that change (r,) int.
     table: the same array with a column for every rung (n, R).
-    place, weight: middle one of three rungs (≤ L,) int, and their weights (3, ≤ L) [-].
+    place, weight: the rung below a speed (≤ L,) int, and the weights of the four (4, ≤ L) [-].
     """
     for row in rows:
         for lane in range(place.shape[0]):
@@ -36,6 +37,7 @@ def blend(
                 weight[0, lane] * table[row, k - 1]
                 + weight[1, lane] * table[row, k]
                 + weight[2, lane] * table[row, k + 1]
+                + weight[3, lane] * table[row, k + 2]
             )
             # a bound may be infinite at some speeds
             to[row, lane] = value if value == value else table[row, k]
@@ -74,11 +76,9 @@ class Speeds:
         ends: lowest and highest speed [Hz].
         """
         self.bank, self.bank_at, self.first_hz = bank, bank_at, first_hz
-        # speeds of the rungs in memory, and in between [Hz]
-        self.rungs: np.ndarray = np.zeros(0)
-        self.between: np.ndarray = np.zeros(0)
+        self.rungs: np.ndarray = np.zeros(0)  # speeds of the rungs in memory [Hz]
         low, high = ends
-        some, mine = of_lanes(bank_at(np.linspace(low, high, N_RUNGS))), of_lanes(bank)
+        some, mine = of_lanes(bank_at(np.linspace(low, high, N_PROBES))), of_lanes(bank)
         rows = {path: np.flatnonzero((a != a[:, :1]).any(axis=1)) for path, a in some.items()}
         # of every array that changes: itself, rows that change, and its values at the rungs
         self.changing = {path: [mine[path], rows[path]] for path in some if len(rows[path])}
@@ -102,24 +102,29 @@ class Speeds:
         self.bank.basis.start(self.bank, np.arange(n))
 
     def _around(self, speeds_hz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Middle one of the three rungs around speeds, and the weights of the three (3, S)."""
-        place = np.searchsorted(self.between, speeds_hz)
-        if not self.tables or place.min() < 1 or place.max() > N_RUNGS - 2:
+        """The rung below each speed (S,), and Lagrange's weights of the four around it (4, S)."""
+        place = np.searchsorted(self.rungs, speeds_hz, side="right") - 1
+        if not self.tables or place.min() < 1 or place.max() > N_RUNGS - 3:
             self._fill(speeds_hz)
-            place = np.searchsorted(self.between, speeds_hz)
+            place = np.searchsorted(self.rungs, speeds_hz, side="right") - 1
         x = self.rungs[place + BESIDE]
-        (a, b, c), (da, db, dc) = x, speeds_hz - x
-        weight = db * dc / ((a - b) * (a - c)), da * dc / ((b - a) * (b - c))
-        return place, np.array([*weight, da * db / ((c - a) * (c - b))])
+        off, (a, b, c, d) = speeds_hz - x, x
+        low, high = off[0] * off[1], off[2] * off[3]
+        weight = (
+            off[1] * high / ((a - b) * ((a - c) * (a - d))),
+            off[0] * high / ((b - a) * ((b - c) * (b - d))),
+            low * off[3] / (((c - a) * (c - b)) * (c - d)),
+            low * off[2] / (((d - a) * (d - b)) * (d - c)),
+        )
+        return place, np.array(weight)
 
     def _fill(self, speeds_hz: np.ndarray) -> None:
         """Compute the rungs from speeds on, in the direction in which these have left the last."""
         falls = len(self.rungs) > 0 and speeds_hz.min() < self.rungs[N_RUNGS // 2]
         last = speeds_hz.max() if falls else speeds_hz.min()
-        number = int(np.rint(np.log(last / self.first_hz) / np.log1p(STEP)))
-        bottom = number + 3 - N_RUNGS if falls else number - 2
+        number = int(np.floor(np.log(last / self.first_hz) / np.log1p(STEP) + 1e-9))
+        bottom = number + 4 - N_RUNGS if falls else number - 2
         self.rungs = self.first_hz * (1.0 + STEP) ** (bottom + np.arange(N_RUNGS))
-        self.between = (self.rungs[1:] + self.rungs[:-1]) / 2.0
         there = of_lanes(self.bank_at(self.rungs))
         self.tables = {path: there[path] for path in self.changing}
 
