@@ -12,7 +12,7 @@ import numpy as np
 from hpcrub.config.text import lines_of
 from hpcrub.response.schedule import Schedule
 
-N_INTERVALS = 64  # intervals of speed, if the input does not say
+N_INTERVALS = 50  # intervals of speed, if the input does not say
 MOST_INTERVALS = 2000
 MOST_TURNS = 1e8  # revolutions of a run
 RATE = (1.0,)  # gain of speed, if the input does not say [Hz/s]

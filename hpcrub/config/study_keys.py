@@ -104,7 +104,7 @@ class RunUp(Section):
     repeats: Whole = Field(8, ge=1, le=8)
     """repetitions of every run of a disk, which begin at evenly spaced angles of the casing"""
     interval_hz: Number | None = Field(None, ge=1e-6, le=1e5)
-    """width of the intervals of speed in which the largest displacements are kept; null: a 64th of
+    """width of the intervals of speed in which the largest displacements are kept; null: a 50th of
     the range [Hz]"""
 
 

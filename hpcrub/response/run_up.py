@@ -28,7 +28,7 @@ from hpcrub.response.schedule import Schedule
 LANES = 4, 8  # numbers of lanes for repetitions
 # A stretch of several periods of the casing ends before LAG, the largest lag [rad] times the number
 # of periods; one of several revolutions before PART of an interval of speed, and MOST_TURNS
-LAG, PART, MOST_TURNS = 0.05, 0.25, 8
+LAG, PART, MOST_TURNS = 0.05, 0.5, 8
 
 
 class Asked(NamedTuple):
