@@ -16,7 +16,7 @@ N_INTERVALS = 50  # intervals of speed, if the input does not say
 MOST_INTERVALS = 2000
 MOST_TURNS = 1e8  # revolutions of a run
 RATE = (1.0,)  # gain of speed, if the input does not say [Hz/s]
-OF_TRIALS = "threshold", "rare"  # studies whose disks run up where an input says so
+OF_TRIALS = "threshold", "rare", "checklist"  # studies whose disks run up where an input says so
 
 
 def runs_up(c: Any) -> bool:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.config.run_up import runs_up
 from hpcrub.config.schema import Config
 from hpcrub.contact.lanes import WIDTH, WIDTHS
 from hpcrub.model.reduction import Modes
@@ -15,6 +16,7 @@ from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.sweep import SweepResult
 from hpcrub.setup.disks import deviation, modes_of, rubbing_modes
 from hpcrub.setup.problem import Problem
+from hpcrub.setup.run_up import steps_of_disk
 
 # time step of the trial of a planar disk, whose steps cost the same at any length [s]
 MEASURED_STEP = 2e-5
@@ -26,8 +28,7 @@ LONGEST = 60.0  # [s] duration of a trial, about
 class Cost(NamedTuple):
     """Amount of work in all tasks of a study together, on any machine."""
 
-    sweeps: int = 0  # over all speeds, each followed until its motion is steady
-    steps: float = 0.0  # of all lanes, of motions of a known length
+    sweeps: int = 0  # over all speeds, each followed until its motion is steady, or run-ups
     histories: float = 0.0  # [s] simulated at all speeds while the motion is kept
     disks: int = 0  # eigenproblems, each with the linear responses
 
@@ -45,10 +46,11 @@ class Trial(NamedTuple):
         """Time for a Cost on one core [s]."""
         lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))  # and idle ones
         kept = cost.histories * lanes / config.step / self.history_steps_per_second
-        simulated = cost.sweeps * config.speeds.n_values * self.until_steady
-        sought = simulated / config.step / self.steps_per_second
-        run = cost.steps / self.steps_per_second
-        return sought + kept + run + cost.disks * self.seconds_per_disk
+        steps = config.speeds.n_values * self.until_steady / config.step
+        if runs_up(config):
+            steps = steps_of_disk(config)
+        sought = cost.sweeps * steps / self.steps_per_second
+        return sought + kept + cost.disks * self.seconds_per_disk
 
 
 def trial(

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
+from hpcrub.config import run_up
 from hpcrub.config.schema import Config
 from hpcrub.effects import EFFECTS
 from hpcrub.effects.effect import Change, times
@@ -32,10 +33,15 @@ LARGE_CHANGE = 0.05  # change by grid, step or model, at most, that makes a stud
 
 def _smaller_clearance(c: Any) -> dict[Any, Any]:
     smaller = {"casing.clearance_offset_mm": 0.9 * c.casing.clearance_offset_mm}
-    if c.casing.running is None:
-        return smaller | {"casing.clearance_mm": 0.9 * c.casing.clearance_mm}
-    points = [[hz, 0.9 * clearance] for hz, clearance in c.casing.clearance_hz_mm]
-    return smaller | {"casing.clearance_hz_mm": points}
+    for key in ("clearance_hz_mm", "clearance_s_mm"):
+        if points := getattr(c.casing, key):
+            return smaller | {f"casing.{key}": [[at, 0.9 * clearance] for at, clearance in points]}
+    return smaller | {"casing.clearance_mm": 0.9 * c.casing.clearance_mm}
+
+
+def _is_steady(c: Any) -> bool:
+    """Whether disks turn at constant speeds, and do not run up."""
+    return not run_up.runs_up(c)
 
 
 def _higher_harmonics(c: Any) -> dict[Any, Any]:
@@ -53,12 +59,13 @@ def _second_order(c: Any) -> dict[Any, Any]:
 CHANGES = (
     Change("as asked", "", times({}), True),
     Change("another start", "mistuning.tuned_runs", times({}), True, 1),
-    Change("half the step of the speeds", "speeds.step_hz", times({"speeds.step_hz": 0.5}), True),
+    Change("half the step of the speeds", "speeds.step_hz", times(
+        {"speeds.step_hz": 0.5}, where=_is_steady), True),
     Change("half the time step", "time.step_s", times(
         {"time.steps_per_bump_width": 2, "time.steps_per_period": 2, "time.step_s": 0.5}), True),
     Change("twice the modes", "reduction.n_modes", times({"reduction.n_modes": 2}), True),
     Change("followed twice as long", "steady_state.first_check_s", times(
-        {"steady_state.first_check_s": 2, "steady_state.max_time_s": 2}), True),
+        {"steady_state.first_check_s": 2, "steady_state.max_time_s": 2}, where=_is_steady), True),
     Change("displacements to second order", "contact.kinematics", _second_order, True),
     Change("half the damping", "material.damping_ratio", times(
         {"material.damping_ratio": 0.5, "material.damping_ratios": 0.5})),
@@ -79,7 +86,7 @@ class Checklist(Trials):
 
     name = "checklist"
     what = "what moves the answer of a contact study, before it is signed"
-    sections = ("checklist",)
+    sections = ("checklist", "run_up")
     of_tasks, unit = True, "tasks"
     datasets = table("change", "disk", note=NOTE)
 

@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 
 from hpcrub.commands import merge
+from hpcrub.config.schema import Config
+from hpcrub.response.run_up import run_up
 from hpcrub.results.layout import DONE
 from hpcrub.runs import kept
-from hpcrub.studies import open_result
+from hpcrub.setup.problem import build_problem
+from hpcrub.studies import checklist, open_result
+from hpcrub.studies.contact import trials
 from tests.program import TINY, computed, contents, datasets, run_here, run_on, start
 from tests.studies.common import refused_study
 
@@ -227,3 +231,25 @@ def test_a_table_from_a_file_is_kept_in_the_result(tmp_path):
         assert file.config.run_up.speed_s_hz == ((0.0, 33.0), (0.2, 35.0), (0.4, 33.0))
         np.testing.assert_array_equal(file.read("rises"), [1, 0])
         np.testing.assert_allclose(file.read("hz_per_s"), [10.0])
+
+
+def test_a_checklist_of_run_ups_leaves_out_what_is_of_steady_motions():
+    plain = STUDY.replace(RUNS.splitlines()[-1] + "\n", "").replace("run_up\n", "checklist\n", 1)
+    config = Config.from_yaml(plain)
+    n_disks = checklist.STUDY.sizes(config)["disk"]
+    cases = {
+        change.what: checklist.STUDY.case(config, number * n_disks)
+        for number, change in enumerate(checklist.CHANGES)
+    }
+    assert cases["half the step of the speeds"] is None
+    assert cases["followed twice as long"] is None
+    assert cases["half the time step"].config.time.step_s == config.time.step_s / 2
+    assert cases["as asked"].config.run_up.hz_per_s == (2.0, 8.0)
+    with pytest.MonkeyPatch.context() as patch:  # any of its disks runs up
+        seen = []
+        patch.setattr(trials, "run_up_of", lambda *run: seen.append(run[2]) or run_up(*run))
+        ((_, values),) = trials.peaks_of(
+            config, build_problem(config), [cases["as asked"].blades], lambda: None
+        )
+    assert [schedule.slopes[0] for schedule in seen] == [2.0, 8.0]
+    assert 0.005 < values["peak_amplitude_m"] < 0.05

@@ -13,7 +13,6 @@ from hpcrub.config import run_up
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.errors import InputError
-from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.run_up import Run, Runner
 from hpcrub.results.layout import PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
@@ -23,7 +22,7 @@ from hpcrub.runs.job import Round
 from hpcrub.runs.kept import Kept
 from hpcrub.runs.study import Poll, Study
 from hpcrub.setup.disks import deviation, rubbing_modes, run_deviation, sigma_of
-from hpcrub.setup.problem import Problem, scene_of
+from hpcrub.setup.problem import Problem
 from hpcrub.setup.run_up import asked_of
 from hpcrub.studies.contact.study import APART, open_contact, require_complete
 from hpcrub.studies.run_up import summary
@@ -139,12 +138,8 @@ class RunUp(Study):
 
     def cost(self, config: Config) -> Cost:
         """Steps of all repetitions of all disks, and of the tuned disk with half the step."""
-        slowest, scene = min(run_up.ends_of(config)), scene_of(config)
-        per_turn = cut_revolution(slowest, scene).steps_per_revolution
         n_disks = len(config.levels) * len(config.samples)
-        turns = sum(run.turned[-1] for run in run_up.schedules(config))
-        n_steps = (n_disks + 3) * turns * per_turn * scene.lanes[0]
-        return Cost(steps=n_steps, disks=n_disks + 1)
+        return Cost(n_disks + 3, disks=n_disks + 1)
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings of any study in time, and the force by the gain of speed, which is left out."""
@@ -261,9 +256,10 @@ def _steady(config: Config) -> dict[str, Any]:
     with open_contact(config.sources[0]) as file:
         require_complete(file, config, (*APART, "speeds.", "casing.clearance_s_mm"))
         n, levels = len(config.samples), len(config.levels)
-        theirs = file.read("samples/deviation")
         mine = [[deviation(config, k, i) for i in range(n)] for k in range(levels)]
-        if len(theirs) != levels or theirs.shape[1] < n or (theirs[:, :n] != mine).any():
+        here = slice(config.samples.start, config.samples.stop)
+        theirs = file.read("samples/deviation")[:, here]
+        if theirs.shape[:2] != (levels, n) or (theirs != mine).any():
             raise InputError(
                 f"sources: {file.path} has other disks; mistuning of both studies must be the "
                 "same, and the contact study must have as many samples"
@@ -272,7 +268,7 @@ def _steady(config: Config) -> dict[str, Any]:
             "steady_speed_hz": file.read("speeds_hz"),
             "tuned/steady_amplitude_m": file.read("tuned/amplitude_m"),
             "tuned/steady_reference_m": file.read("tuned/reference_amplitude_m"),
-            "samples/steady_peak_m": file.read("samples/peak_amplitude_m")[:, :n],
+            "samples/steady_peak_m": file.read("samples/peak_amplitude_m")[:, here],
         }
 
 
