@@ -16,6 +16,7 @@ from hpcrub.runs import kept
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import checklist, open_result
 from hpcrub.studies.contact import trials
+from hpcrub.studies.run_up import summary
 from tests.program import TINY, computed, contents, datasets, run_here, run_on, start
 from tests.studies.common import refused_study
 
@@ -159,6 +160,20 @@ def test_the_steady_study_of_the_same_disks_stands_beside(tmp_path, capsys):
     mine, theirs = contents(path), contents(tmp_path / "steady.h5")
     np.testing.assert_array_equal(mine["samples/steady_peak_m"], theirs["samples/peak_amplitude_m"])
     np.testing.assert_array_equal(mine["samples/deviation"], theirs["samples/deviation"])
+    with open_result(path) as file:
+        found = list(summary.beside_steady(file))
+    assert [words for words, *_ in found] == ["4 Hz/s, up", "4 Hz/s, down"]
+    for leg, beside in enumerate(found):
+        ends = [
+            [disk.min() / steady, disk.max() / steady]
+            for disk, steady in zip(
+                mine["samples/peak_amplitude_m"][:, :, 0, :, leg].reshape(4, 8),
+                theirs["samples/peak_amplitude_m"].ravel(), strict=True,
+            )
+        ]  # fmt: skip
+        assert beside.below == sum(high < 1.0 for _, high in ends)
+        assert beside.above == sum(low > 1.0 for low, _ in ends)
+        assert beside.largest == max(high for _, high in ends)
     for key in ("mistuning.seed=5", "casing.n_bumps=3"):
         code = run_here("study.yaml", "--output", "no.h5", *options, "--set", key, folder=tmp_path)
         assert code == 2

@@ -1,7 +1,7 @@
 """Results of a run_up study as tables, lines and findings."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.table import Table
@@ -103,7 +103,7 @@ def percentile_table(file: ResultFile) -> Table:
                 columns = with_interval(1e3 * size, at).T, with_interval(finite(ratio), at).T
                 more: list[str] = []
                 if steady is not None:
-                    over = finite(sizes[level, :, rate, leg] / steady[level])
+                    over = finite(_over(sizes[level, :, rate, leg], steady[level]))
                     more = [f"{p:.3f}" for p in np.percentile(over, at)] if over.size else []
                 for k, percentile in enumerate(at):
                     cells = (
@@ -116,26 +116,40 @@ def percentile_table(file: ResultFile) -> Table:
     return found
 
 
-def steady_lines(file: ResultFile) -> Iterator[str]:
-    """How many disks stay below the steady answer, and how many go above, at every rate and leg.
+class Beside(NamedTuple):
+    """Run-ups of many disks beside their steady peaks, in one leg at one rate."""
 
-    A disk is below where all repetitions are, and above where all are.
-    """
+    words: str  # rate and leg
+    n: int  # disks
+    below: int  # disks of which all repetitions are below their steady peak
+    above: int  # disks of which all are above
+    median: float  # of the ratios of all repetitions [-]
+    largest: float
+
+
+def beside_steady(file: ResultFile) -> Iterator[Beside]:
+    """Run-ups beside the steady study of `sources`, at every rate and in every leg."""
     if "samples/steady_peak_m" not in file:
         return
     peaks, steady = file.read("samples/peak_amplitude_m"), file.read("samples/steady_peak_m")
-    over = peaks / steady[:, :, None, None, None]
+    over = _over(peaks, np.broadcast_to(steady[:, :, None, None, None], peaks.shape))
     for rate, hz_per_s in enumerate(file.read("hz_per_s")):
         for leg, name in enumerate(leg_names(file)):
             mine = over[:, :, rate, :, leg].reshape(-1, over.shape[3])
             mine = mine[np.isfinite(mine).all(axis=1)]
-            below, above = (mine.max(axis=1) < 1.0).sum(), (mine.min(axis=1) > 1.0).sum()
             if len(mine):
-                yield (
-                    f"{hz_per_s:g} Hz/s, {name}: {below} of {len(mine)} disks stay below their "
-                    f"steady peak, {above} go above (another branch, or a motion that has not "
-                    f"settled); median ratio {np.median(mine):.3f}, largest {mine.max():.3f}"
-                )
+                sides = (mine.max(axis=1) < 1.0).sum(), (mine.min(axis=1) > 1.0).sum()
+                ends = float(np.median(mine)), float(mine.max())
+                yield Beside(f"{hz_per_s:g} Hz/s, {name}", len(mine), *map(int, sides), *ends)
+
+
+def steady_lines(file: ResultFile) -> Iterator[str]:
+    """How many disks stay below the steady answer, and how many go above."""
+    for found in beside_steady(file):
+        yield (
+            f"{found.words}: {found.below} of {found.n} disks stay below their steady peak, "
+            f"{found.above} go above; median ratio {found.median:.3f}, largest {found.largest:.3f}"
+        )
 
 
 def limit_lines(file: ResultFile) -> Iterator[str]:
@@ -249,6 +263,7 @@ def findings(file: ResultFile) -> Iterator[Finding]:
             f"half the time step changes the tuned disk's peaks by {100.0 * step:.2g} %: a smaller "
             "time.step_s, or more run_up.repeats where the motion is irregular",
         )  # fmt: skip
+    yield from _above_steady(file)
     yield from _at_the_ends(file)
     if config.run_up.repeats < 4:
         yield Finding(
@@ -259,6 +274,19 @@ def findings(file: ResultFile) -> Iterator[Finding]:
     yield from common.kinematics(config, np.concatenate([p.ravel() for p in peaks]))
     if config.pattern_deviation is None:
         yield from common.too_few_samples(config.convergence.percentiles, len(config.samples))
+
+
+def _above_steady(file: ResultFile) -> Iterator[Finding]:
+    """Finding about disks whose run-up is above their steady answer."""
+    above = [found for found in beside_steady(file) if found.above]
+    if above:
+        most = max(above, key=lambda found: found.above / found.n)
+        yield Finding(
+            REMARK, "run-ups above the steady answer",
+            f"in all repetitions {most.above} of {most.n} disks go above their steady peak "
+            f"({most.words}), single runs by up to {100.0 * (most.largest - 1.0):.2g} %: motions "
+            "of another branch, or that have not settled; the steady study is no upper bound",
+        )  # fmt: skip
 
 
 def _at_the_ends(file: ResultFile) -> Iterator[Finding]:
