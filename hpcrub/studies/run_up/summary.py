@@ -138,9 +138,14 @@ def beside_steady(file: ResultFile) -> Iterator[Beside]:
             mine = over[:, :, rate, :, leg].reshape(-1, over.shape[3])
             mine = mine[np.isfinite(mine).all(axis=1)]
             if len(mine):
-                sides = (mine.max(axis=1) < 1.0).sum(), (mine.min(axis=1) > 1.0).sum()
-                ends = float(np.median(mine)), float(mine.max())
-                yield Beside(f"{hz_per_s:g} Hz/s, {name}", len(mine), *map(int, sides), *ends)
+                yield Beside(
+                    words=f"{hz_per_s:g} Hz/s, {name}",
+                    n=len(mine),
+                    below=int((mine.max(axis=1) < 1.0).sum()),
+                    above=int((mine.min(axis=1) > 1.0).sum()),
+                    median=float(np.median(mine)),
+                    largest=float(mine.max()),
+                )
 
 
 def steady_lines(file: ResultFile) -> Iterator[str]:
