@@ -8,16 +8,27 @@ import h5py
 import numpy as np
 import pytest
 
+from evidence.truth.hexahedra import sector_arrays
 from hpcrub.commands import merge
 from hpcrub.config.schema import Config
 from hpcrub.response.run_up import run_up
 from hpcrub.results.layout import DONE
 from hpcrub.runs import kept
 from hpcrub.setup.problem import build_problem
-from hpcrub.studies import checklist, open_result
+from hpcrub.studies import checklist, open_result, run_of
 from hpcrub.studies.contact import trials
 from hpcrub.studies.run_up import summary
-from tests.program import TINY, computed, contents, datasets, run_here, run_on, start
+from tests.program import (
+    TINY,
+    computed,
+    contents,
+    datasets,
+    refusal,
+    run_here,
+    run_on,
+    start,
+)
+from tests.setup.test_imported import study_of
 from tests.studies.common import refused_study
 
 RUNS = """\
@@ -237,6 +248,18 @@ def test_runs_that_cannot_be_are_refused(tmp_path, capsys, key, words):
 def test_tables_that_cannot_be_are_refused(tmp_path, capsys, table, words):
     text = STUDY.replace("from_hz: 33, to_hz: 35, hz_per_s: [2, 8], back: true", "repeats: 8")
     assert words in refused_study(tmp_path, text, f"run_up.speed_s_hz={table}", capsys)
+
+
+def test_a_run_beyond_the_matrices_of_a_model_file_is_refused(folder):
+    arrays = sector_arrays()
+    for part in ("data", "indices", "indptr"):
+        arrays[f"K0/{part}"] = arrays[f"K1/{part}"] = arrays.pop(f"K/{part}")
+    arrays["K1/data"] = 1e-9 * arrays["K0/data"]
+    arrays["speeds_hz"] = np.array([0.0, 300.0, 600.0])
+    text = "study: run_up\nreduction: {n_modes: 10}\nrun_up: {from_hz: 500, to_hz: 610}\n"
+    config = study_of(arrays, text)
+    assert "but matrices of 0 to 600 Hz" in refusal(run_of(config).prepare)
+    assert run_of(config.replace({"run_up.to_hz": 600})).prepare().scene.repeats == 4
 
 
 def test_a_table_from_a_file_is_kept_in_the_result(tmp_path):

@@ -21,6 +21,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.job import Round
 from hpcrub.runs.kept import Kept
 from hpcrub.runs.study import Poll, Study
+from hpcrub.setup import imported
 from hpcrub.setup.disks import deviation, rubbing_modes, run_deviation, sigma_of
 from hpcrub.setup.problem import Problem
 from hpcrub.setup.run_up import asked_of
@@ -140,6 +141,16 @@ class RunUp(Study):
         """Steps of all repetitions of all disks, and of the tuned disk with half the step."""
         n_disks = len(config.levels) * len(config.samples)
         return Cost(n_disks + 3, disks=n_disks + 1)
+
+    def prepare(self, config: Config) -> Any:
+        """Prepare a Problem. Raises InputError for speeds beyond the matrices of a model file."""
+        known, (low, high) = imported.known_speeds(config), sorted(run_up.ends_of(config))
+        if len(known) and not known.min() <= low <= high <= known.max():
+            raise InputError(
+                f"run_up.to_hz: a run from {low:g} to {high:g} Hz, but matrices of {known.min():g} "
+                f"to {known.max():g} Hz in {config.disk.model}; import matrices of higher speeds"
+            )
+        return super().prepare(config)
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings of any study in time, and the force by the gain of speed, which is left out."""
