@@ -60,6 +60,14 @@ def datasets(
 
 
 SPEEDS = Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation")
+LEVELS = (
+    Dataset(
+        "half_range", ("level",), "1", "mistuning levels: largest deviation of a blade's stiffness"
+    ),
+    Dataset(
+        "sigma", ("level",), "1", "mistuning levels: standard deviation of a blade's stiffness"
+    ),
+)
 ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
 
 _INDEX = {

@@ -19,7 +19,7 @@ from hpcrub.errors import InputError
 from hpcrub.model import crossings
 from hpcrub.model.imported import cyclic
 from hpcrub.response.linear import linear_peak
-from hpcrub.results.layout import Dataset
+from hpcrub.results.layout import LEVELS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
 from hpcrub.runs import findings
@@ -34,8 +34,7 @@ ROUNDING = 1e-9  # share of the radial displacement below which a tangential one
 CHUNK = 50  # samples of a level that make a task
 _VDN = ("level", "n_diameters", "sample")
 LAYOUT = (
-    Dataset("half_range", ("level",), "1", "largest deviation of a blade's stiffness"),
-    Dataset("sigma", ("level",), "1", "standard deviation of a blade's stiffness"),
+    *LEVELS,
     Dataset("n_diameters", ("n_diameters",), "1", "nodal diameters of the load", "i8"),
     Dataset("tuned/amplitude_m", ("n_diameters",), "m", "tangential amplitude of the tuned disk"),
     Dataset("tuned/speed_hz", ("n_diameters",), "Hz", "speed at which it is reached"),

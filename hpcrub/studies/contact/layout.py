@@ -10,13 +10,13 @@ from hpcrub.config.schema import Config
 from hpcrub.effects.effect import Kind
 from hpcrub.response.quantities import Quantity
 from hpcrub.response.sweep import SweepResult
-from hpcrub.results.layout import SPEEDS, Dataset, datasets
+from hpcrub.results.layout import LEVELS, SPEEDS, Dataset, datasets
 from hpcrub.results.verdict import MOST_ADVICE, SEVERITIES
 
 SAMPLES_SEEN = "statistics/samples_seen"  # shared by all kinds
 AMPLIFICATION = Kind("contact", "amplification", "1", "contact amplifications")
 LINEAR = Kind("linear", "linear_amplification", "1", "linear amplifications")
-_S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
+_S, _VN, _VNS = ("speed",), ("level", "sample"), ("level", "sample", "speed")
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _RUNS = "amplitudes of the runs of the tuned disk (mistuning.reference)"
 _EQUAL = "of a tuned disk of equal blades, whose motion may not stay"
@@ -79,10 +79,7 @@ def layout(config: Config) -> Iterator[Dataset]:
     checks = HALF_STEP if config.mistuning.checked_samples else ()
     of_disk = (*checks, *(of for e in there for of in e.peaks))
     yield SPEEDS
-    yield Dataset(
-        "half_range", _V, "1", "mistuning levels: largest deviation of a blade's stiffness"
-    )
-    yield Dataset("sigma", _V, "1", "mistuning levels: standard deviation of a blade's stiffness")
+    yield from LEVELS
     words = "frequencies of the tuned reduced model"
     yield Dataset("tuned/frequencies_hz", ("mode",), "Hz", words)
     yield from datasets("tuned", _S, points)
