@@ -75,6 +75,7 @@ class Kept:
             np.savez(file, origin=self.origin, **parts)
 
     def forget(self) -> None:
-        """Remove the state of a task that is in the result file."""
-        with contextlib.suppress(OSError):
-            self.path.unlink(missing_ok=True)
+        """Remove the state of a task that is in the result file, and what a kill left of one."""
+        for path in (self.path, ownership.part_of(self.path)):
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)

@@ -106,6 +106,23 @@ def test_a_run_that_is_stopped_goes_on_with_the_same_bits(study, number):
     assert not list(folder.glob(f"{name}.task-*"))
 
 
+def test_a_state_is_kept_until_its_results_are_in_the_file(study, tmp_path, monkeypatch):
+    """A kill between the end of a run and the end of its writing loses nothing."""
+    monkeypatch.setattr(kept, "EVERY", 0.0)
+    with open_result(study[1]) as file:
+        config = file.config.replace({"output": str(tmp_path / "a.h5")})
+    for task, n_states in (((1,), 2), ((0, 1), 2)):
+        tasks = run_of(config).study.compute_all(
+            config, build_problem(config), [task], lambda: None
+        )
+        assert next(tasks)[0] == task
+        states = list(tmp_path.glob("a.task-*.npz"))
+        assert len(states) == n_states
+        states[0].with_name(f"{states[0].name}.hpcrub-part").touch()  # of a kill while it is kept
+        assert next(tasks, None) is None  # the job has written the results, and goes on
+        assert not list(tmp_path.glob("a.task-*"))
+
+
 def test_a_state_of_another_input_is_not_taken(study, tmp_path):
     folder, path = study
     with open_result(path) as file:

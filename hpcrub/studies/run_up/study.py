@@ -4,7 +4,7 @@ Every disk runs up at every rate, with repetitions that begin at evenly spaced a
 what they scatter is chance, what disks scatter is mistuning.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.response.run_up import Run, Runner
-from hpcrub.results.layout import PENDING, Dataset, Values
+from hpcrub.results.layout import LEVELS, PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
 from hpcrub.runs.cost import Cost
@@ -47,8 +47,7 @@ LAYOUT = (
     Dataset("hz_per_s", ("rate",), "Hz/s", "gain of speed of each run; of a table the largest"),
     Dataset("interval_hz", ("interval",), "Hz", "middles of the intervals of speed"),
     Dataset("rises", ("leg",), "1", "legs: 1 the speed rises, 0 it falls", "u1"),
-    Dataset("half_range", ("level",), "1", "mistuning levels: largest deviation of a stiffness"),
-    Dataset("sigma", ("level",), "1", "mistuning levels: standard deviation of a stiffness"),
+    *LEVELS,
     Dataset("frequency_hz", ("frequency",), "Hz", "frequencies of the spectra"),
     Dataset(
         "tuned/spectrum_m", ("rate", "leg", "interval", "frequency"), "m",
@@ -175,26 +174,27 @@ class RunUp(Study):
         known = {} if len(tasks) else {"samples/amplification": summary.amplifications(file)}
         return Round([tuple(task) for task in tasks.tolist()], known, status="samples/status")
 
-    def compute(self, config: Config, prepared: Any, task: Any, poll: Poll) -> Iterator[Values]:
+    def compute_all(
+        self, config: Config, prepared: Any, tasks: Sequence[Any], poll: Poll
+    ) -> Iterator[tuple[Any, list[Values]]]:
         """Run the tuned disk up at one rate, or a sample at all rates.
 
-        task: (rate,), or level and number of a sample.
+        tasks: (rate,), or level and number of a sample. The kept states of a task are forgotten
+        when the next one is asked for: its results are in the file then.
         """
         problem: Problem = self.problem_of(prepared)
-        if len(task) == 1:
-            yield from _tuned(config, problem, task[0], poll)
-            return
-        blades = deviation(config, *task)
-        yield "samples/deviation", task, blades
-        modes = rubbing_modes(config, problem, blades)
-        sample = config.samples[task[1]]
-        for rate, schedule in enumerate(run_up.schedules(config)):
-            runner = Runner(modes, problem.scene, schedule, asked_of(config))
-            run = Kept(config, (task[0], sample, rate)).finish(runner, poll)
-            for name, values in _values(config, run).items():
-                yield f"samples/{name}", (*task, rate), values
-        for rate in range(len(run_up.schedules(config))):
-            Kept(config, (task[0], sample, rate)).forget()
+        for task in tasks:
+            if len(task) == 1:
+                kept = [Kept(config, ("tuned", task[0], *half)) for half in ((), ("half",))]
+                found = _tuned(config, problem, task[0], kept, poll)
+            else:
+                disk = task[0], config.samples[task[1]]
+                rates = range(len(run_up.schedules(config)))
+                kept = [Kept(config, (*disk, rate)) for rate in rates]
+                found = _sample(config, problem, task, kept, poll)
+            yield task, list(found)
+            for state in kept:
+                state.forget()
 
     def shared(self, file: ResultFile) -> dict[str, Any] | None:
         """Results of the tuned disk; None: not complete."""
@@ -219,11 +219,25 @@ class RunUp(Study):
         return summary.findings(file)
 
 
-def _tuned(config: Config, problem: Problem, rate: int, poll: Poll) -> Iterator[Values]:
-    """Results of the tuned disk at one rate, with half the time step, too."""
+def _sample(
+    config: Config, problem: Problem, task: tuple[int, int], kept: list[Kept], poll: Poll
+) -> Iterator[Values]:
+    """Results of a sample at all rates; task: its level and number; kept: a state for each rate."""
+    blades = deviation(config, *task)
+    yield "samples/deviation", task, blades
+    modes = rubbing_modes(config, problem, blades)
+    for rate, (schedule, state) in enumerate(zip(run_up.schedules(config), kept, strict=True)):
+        runner = Runner(modes, problem.scene, schedule, asked_of(config))
+        for name, values in _values(config, state.finish(runner, poll)).items():
+            yield f"samples/{name}", (*task, rate), values
+
+
+def _tuned(
+    config: Config, problem: Problem, rate: int, kept: list[Kept], poll: Poll
+) -> Iterator[Values]:
+    """Results of the tuned disk at one rate, with half the time step, too; kept: both states."""
     modes = rubbing_modes(config, problem, run_deviation(config, 0))
     schedule, scene = run_up.schedules(config)[rate], problem.scene
-    kept = [Kept(config, ("tuned", rate)), Kept(config, ("tuned", rate, "half"))]
     runner = Runner(modes, scene, schedule, asked_of(config, spectra=True))
     run = kept[0].finish(runner, poll)
     for name, values in _values(config, run).items():
@@ -232,8 +246,6 @@ def _tuned(config: Config, problem: Problem, rate: int, poll: Poll) -> Iterator[
     finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
     half = kept[1].finish(Runner(modes, finer, schedule, asked_of(config)), poll)
     yield "tuned/half_step_peak_m", rate, peaks(half.envelope)
-    for state in kept:
-        state.forget()
 
 
 def peaks(envelope: np.ndarray) -> np.ndarray:
