@@ -102,13 +102,18 @@ class NoArrays(NamedTuple):
         return ()
 
 
-def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
-    """Group of arrays with copies of some of its lanes."""
+def members_of_lanes(group: Any) -> list[str]:
+    """Names of the members of a group with a column (or a number) for each lane, in order."""
     members = set(PER_LANE.get(type(group)) or group.per_lane())
     if isinstance(group, Scheme) and group.omega2.ndim == 2:  # else all lanes share it
         members.add("omega2")
+    return sorted(members)
+
+
+def take_lanes(group: Any, lanes: Sequence[int]) -> Any:
+    """Group of arrays with copies of some of its lanes."""
     taken = {}
-    for name in members:
+    for name in members_of_lanes(group):
         member = getattr(group, name)
         if isinstance(member, tuple):
             taken[name] = take_lanes(member, lanes)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.contact.arrays import PER_LANE, Bank, Scheme, State
+from hpcrub.contact.arrays import Bank, State, members_of_lanes
 from hpcrub.contact.jit import compiled
 
 STEP = 0.008  # from one rung of the ladder to the next, over the speed
@@ -47,15 +47,11 @@ def _lane_arrays(group: Any, path: tuple = ()) -> Iterator[tuple[tuple, np.ndarr
     """Arrays of a group with a column for each lane, and the path to each of them."""
     if isinstance(group, State):
         return
-    names = set(PER_LANE.get(type(group)) or group.per_lane())
-    if isinstance(group, Scheme):
-        names |= {"omega2"} if group.omega2.ndim == 2 else set()
-        names -= set(SET_APART)
-    for name in sorted(names):
+    for name in members_of_lanes(group):
         member = getattr(group, name)
         if isinstance(member, tuple):
             yield from _lane_arrays(member, (*path, name))
-        elif member is not None and member.ndim == 2:
+        elif name not in SET_APART and member is not None and member.ndim == 2:
             yield (*path, name), member
 
 

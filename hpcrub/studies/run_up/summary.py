@@ -19,7 +19,8 @@ STEP_ERROR = 0.05  # effect of half the time step on a peak from which on it is 
 GRAVITY = 9.81  # [m/s²]
 CANTILEVER = 1.57  # participation of the first mode of a clamped beam in an even load, at its tip
 FAINT = 1e-2  # of the largest peak: smaller ones are no vibrations
-STRAY = 0.02  # of a peak: an Euler deflection that is told
+STRAY = 0.02  # of the casing's reach: a deflection by the Euler force that is told
+LOST = 0.01  # share of runs without a result, above which no percentile is usable
 
 
 def of_disks(file: ResultFile, name: str = "peak_amplitude_m") -> np.ndarray:
@@ -46,6 +47,16 @@ def _over(values: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Ratio of two sizes; NaN where the second one is 0, as nothing touched."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(others > 0.0, values / others, np.nan)
+
+
+def _of_all(file: ResultFile, name: str) -> np.ndarray:
+    """Values of the tuned disk, then of all samples, in one row."""
+    return np.concatenate([file.read(f"{group}/{name}").ravel() for group in ("tuned", "samples")])
+
+
+def _moves(sizes: np.ndarray) -> np.ndarray:
+    """Which sizes are of disks that vibrate; others are of motions that die away."""
+    return sizes > FAINT * np.nanmax(sizes, initial=0.0)
 
 
 def leg_names(file: ResultFile) -> list[str]:
@@ -209,8 +220,7 @@ def chance_line(file: ResultFile) -> str:
     for group in ("tuned", "samples"):
         peaks = file.read(f"{group}/peak_amplitude_m")
         middle = _median(peaks)
-        moves = middle > FAINT * np.nanmax(middle, initial=0.0)
-        spread.append(finite(_over(np.ptp(peaks, axis=-2), middle)[moves]))
+        spread.append(finite(_over(np.ptp(peaks, axis=-2), middle)[_moves(middle)]))
     width = np.diff(file.read("interval_hz")).max(initial=0.0)
     n = file.config.run_up.repeats
     both = ", ".join(
@@ -228,8 +238,7 @@ def chance_line(file: ResultFile) -> str:
 def _step_effect(file: ResultFile) -> float:
     """Largest change of the tuned disk's median peaks with half the time step [-]."""
     full, half = of_tuned(file), of_tuned(file, "half_step_peak_m")
-    moves = full > FAINT * np.nanmax(full, initial=0.0)
-    change = finite(np.abs(_over(half, full) - 1.0)[moves])
+    change = finite(np.abs(_over(half, full) - 1.0)[_moves(full)])
     return float(change.max()) if change.size else np.nan
 
 
@@ -250,17 +259,13 @@ def euler_line(config: Config, problem: Any) -> Iterator[str]:
 
 def findings(file: ResultFile) -> Iterator[Finding]:
     """Findings against the runs of a file."""
-    config = file.config
-    reasons = np.concatenate(
-        [file.read(f"{group}/run_reason").ravel() for group in ("tuned", "samples")]
-    )
-    peaks = [file.read(f"{group}/peak_amplitude_m") for group in ("tuned", "samples")]
-    n_lost = int(status.are_fatal(reasons).sum())
-    if n_lost:
-        words = f"no result in {n_lost} of {len(reasons)} runs"
-        most = int(np.bincount(reasons[status.are_fatal(reasons)]).argmax())
-        severity = USELESS if n_lost > 0.01 * len(reasons) else SINGLE
-        yield Finding(severity, words, f'{words}, mostly by "{status.words(most)}"')
+    config, reasons = file.config, _of_all(file, "run_reason")
+    lost = reasons[status.are_fatal(reasons)]
+    if lost.size:
+        words = f"no result in {len(lost)} of {len(reasons)} runs"
+        most = status.words(int(status.count(lost).argmax()))
+        severity = USELESS if len(lost) > LOST * len(reasons) else SINGLE
+        yield Finding(severity, words, f'{words}, mostly by "{most}"')
     step = _step_effect(file)
     if step > STEP_ERROR:
         yield Finding(
@@ -276,7 +281,7 @@ def findings(file: ResultFile) -> Iterator[Finding]:
             f"{config.run_up.repeats} repetitions show little of what chance does to a peak: "
             "run_up.repeats up to 8",
         )  # fmt: skip
-    yield from common.kinematics(config, np.concatenate([p.ravel() for p in peaks]))
+    yield from common.kinematics(config, _of_all(file, "peak_amplitude_m"))
     if config.pattern_deviation is None:
         yield from common.too_few_samples(config.convergence.percentiles, len(config.samples))
 
@@ -297,11 +302,7 @@ def _above_steady(file: ResultFile) -> Iterator[Finding]:
 def _at_the_ends(file: ResultFile) -> Iterator[Finding]:
     """Finding about peaks in the first or last interval of speed."""
     middles = file.read("interval_hz")
-    size, at = (
-        np.concatenate([file.read(f"{group}/{name}").ravel() for group in ("tuned", "samples")])
-        for name in ("peak_amplitude_m", "peak_speed_hz")
-    )
-    at = at[size > FAINT * np.nanmax(size, initial=0.0)]  # others are motions that die away
+    at = _of_all(file, "peak_speed_hz")[_moves(_of_all(file, "peak_amplitude_m"))]
     for end, word, key in ((0, "lowest", "below"), (-1, "highest", "above")):
         n = int(np.count_nonzero(at == middles[end]))
         if n > 0.05 * max(len(at), 1) and len(middles) > 1:
