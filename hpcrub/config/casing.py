@@ -114,7 +114,8 @@ class Casing(Section):
     [mm], with straight lines between them; or a file with columns speed_hz and clearance_mm"""
     clearance_s_mm: Curve | None = None
     """clearance over the time of a run-up in place of clearance_mm: points of a time [s] and a
-    clearance [mm], with straight lines between them; or a file with columns time_s, clearance_mm"""
+    clearance [mm], with straight lines between them; or a file with columns time_s, clearance_mm;
+    at constant speeds its smallest counts"""
     clearance_offset_mm: Millimetres = 0.0
     """what is added to the clearance at every speed, such as the reserve that a threshold study
     searches for beside clearance_hz_mm [mm]"""

@@ -50,7 +50,7 @@ USELESS_WITHOUT = {
     "study: rare": ("limits.probability_error", "limits.probability_below"),
     "limits.stress_mpa": ("limits.stress_mpa_per_mm",),
     "no casing.clearance_hz_mm": ("casing.clearance_mm",),
-    "study: run_up or threshold or rare or checklist": ("casing.clearance_s_mm", "run_up"),
+    "study: run_up or threshold or rare or checklist": ("run_up",),
     "casing.profile_csv or casing.profile_mm": ("casing.smoothing_mm",),
     "no material.damping_ratios": ("material.damping_ratio",),
     "steady_state.rule: ensemble": ("steady_state.max_error",),
