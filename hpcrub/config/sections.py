@@ -225,9 +225,9 @@ class Mistuning(Section):
     share below 3e-4, so that a motion of equal blades is kept though it may not stay, as in the
     paper"""
     checked_samples: Whole = Field(2, ge=0, le=MOST_SAMPLES)
-    """first samples of the last level that are integrated once more with half the time step, as the
-    tuned disk is, so that the summary can say what another step, or another motion at the same
-    speed, changes; 0: no disk is"""
+    """first samples of the last level that are integrated with half the time step, and for four
+    times as long, too, as the tuned disk is, so that the verdict can say what another step changes,
+    and whether motions stay; of the disks of threshold and rare every fiftieth; 0: no disk is"""
     distribution: Literal["uniform", "normal", "measured"] = "uniform"
     """of a blade's deviation within the half range: uniform as in the paper, truncated normal, or
     drawn from the blades of measured_percent"""

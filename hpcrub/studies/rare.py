@@ -17,7 +17,15 @@ from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed, n_to_be_below
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent
-from hpcrub.studies.contact.trials import Case, Trials, beyond, limit_problems, table
+from hpcrub.studies.contact.trials import (
+    Case,
+    Trials,
+    beyond,
+    followed_table,
+    left_for_others,
+    limit_problems,
+    table,
+)
 
 FIRST_DISKS = 100  # disks of the first estimate
 GROWTH = 1.3  # factor on the number of disks from one estimate to the next
@@ -29,6 +37,7 @@ LAYOUT = (
     Dataset("probability_low", _E, "1", "lower end of its 95 % interval"),
     Dataset("probability_high", _E, "1", "upper end of its 95 % interval"),
     *table("sample"),
+    followed_table("sample"),
     Dataset("peak_speed_hz", ("sample",), "Hz", "speed of the largest amplitude"),
     Dataset("status", ("sample",), "1", "0 pending, 1 done", "u1"),
 )
@@ -110,6 +119,7 @@ class Rare(Trials):
                 f"{config.mistuning.samples:,} disks do not tell the probability as well as "
                 "asked: more mistuning.samples, or another goal in limits",
             )  # fmt: skip
+        yield from left_for_others(file)
         names = "peak_amplitude_m", "peak_status", "peak_speed_hz"
         size, states, at = (file.read(name)[computed] for name in names)
         yield from findings.of_disks(config, size, states)

@@ -37,7 +37,13 @@ from hpcrub.statistics.threshold import (
     needed_below,
 )
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent, severities
-from hpcrub.studies.contact.trials import Case, Trials, limit_problems
+from hpcrub.studies.contact.trials import (
+    Case,
+    Trials,
+    followed_table,
+    left_for_others,
+    limit_problems,
+)
 from hpcrub.studies.contact.trials import table as trials_table
 
 NEVER_KEYS = (
@@ -56,6 +62,7 @@ LAYOUT = (
     Dataset("side", _V, "1", "probability certainly below (-1) or above (1) the target", "i8"),
     Dataset("crossing", ("end",), "1", "values on either side of the crossing; NaN: none"),
     *trials_table("value", "sample"),
+    followed_table("value", "sample"),
     Dataset("status", ("value", "sample"), "1", "0 pending, 1 done", "u1"),
 )
 
@@ -190,6 +197,7 @@ class Threshold(Trials):
                 "were tried there may be further crossings; see the figure",
             )  # fmt: skip
         yield from _not_as_close_as_asked(file, search)
+        yield from left_for_others(file)
         computed = np.arange(search.most) < search.n_done[:, None]
         names = "peak_amplitude_m", "peak_status"
         yield from findings.of_disks(file.config, *(file.read(name)[computed] for name in names))

@@ -10,14 +10,18 @@ from scipy.stats import binomtest
 
 from hpcrub import plot
 from hpcrub.config.schema import Config
+from hpcrub.results.verdict import SINGLE, USELESS
 from hpcrub.studies import open_result, rare
+from hpcrub.studies.contact.trials import left_for_others
 from tests.plot.drawn import lines
 from tests.program import TINY, contents, datasets, run_here
 from tests.studies.common import largest_amplitudes, lines_of_progress, refused_study
 
 N = 150
 STUDY = (
-    TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[4]")
+    TINY.replace("checked_samples: 0", "checked_samples: 1")
+    .replace(" samples: 2", f" samples: {N}")
+    .replace("[2, 4]", "[4]")
     + """\
 study: rare
 limits: {amplitude_mm: 10, probability_error: 0.4}
@@ -76,7 +80,7 @@ def test_it_ends_by_the_first_disks_of_brute_force_that_tell_enough(brute, sampl
 def cut(path, n):
     """Leave the first n disks of a result, as if it had been stopped then."""
     with h5py.File(path, "r+") as file:
-        for name in ("peak_amplitude_m", "peak_stress_pa", "peak_speed_hz"):
+        for name in ("peak_amplitude_m", "peak_stress_pa", "peak_speed_hz", "followed_severity"):
             file[name][n:] = np.nan
         for name in ("status", "peak_status"):
             file[name][n:] = 0
@@ -101,6 +105,47 @@ def test_a_stop_changes_no_bit_and_the_time_left_follows_from_the_last_estimate(
     assert f" of about {expected} (at most {N}), about " in told[0]
     assert len(told) == np.count_nonzero(contents(sampled)["status"]) - 101
     assert datasets(again) == datasets(sampled)
+
+
+def test_every_fiftieth_disk_is_followed_longer_to_see_whether_its_motion_stays(sampled):
+    """As the study with longer times would; disks that pass the limit then are told."""
+    found = contents(sampled)
+    (followed,) = np.nonzero(~np.isnan(found["followed_severity"]))
+    n = int(np.count_nonzero(found["status"]))
+    np.testing.assert_array_equal(followed, range(1, n, 50))
+    with open_result(sampled) as file:
+        config = file.config
+        steady = config.steady_state
+        longer = {
+            f"steady_state.{name}": 4.0 * getattr(steady, name)
+            for name in ("first_check_s", "max_time_s")
+        }
+        sizes = largest_amplitudes(config.replace(longer), followed)
+        severity = sizes / config.limits.amplitude
+        np.testing.assert_array_equal(found["followed_severity"][followed], severity)
+        before = found["peak_amplitude_m"][followed] > config.limits.amplitude
+        assert bool(list(left_for_others(file))) == ((severity > 1.0) != before).any()
+
+
+@pytest.mark.parametrize(
+    ("peaks", "severity", "told"),
+    [
+        ([9.0, 9.0, 11.0], [0.9, np.nan, 1.1], None),
+        ([9.0, 9.0, 11.0], [1.2, np.nan, 1.1], "of 2 disks that were followed four times as long"),
+        ([9.0, 9.0, 11.0], [0.9, np.nan, 0.9], "0 exceed the limit only then, and 1 do no more"),
+        ([9.0] * 30, [1.1] + 29 * [0.9], "1 exceed the limit only then, and 0 do no more"),
+    ],
+)
+def test_disks_that_pass_the_limit_when_followed_longer_are_told(peaks, severity, told):
+    config = Config.from_yaml(STUDY)
+    values = {"peak_amplitude_m": 1e-3 * np.array(peaks), "followed_severity": np.array(severity)}
+    values["peak_stress_pa"] = np.full(len(peaks), np.nan)
+    file = type("File", (), {"config": config, "read": staticmethod(values.get)})()
+    found = list(left_for_others(file))
+    assert len(found) == (told is not None)
+    for finding in found:
+        assert told in finding.advice
+        assert finding.severity == (SINGLE if len(peaks) == 30 else USELESS)
 
 
 @pytest.mark.parametrize("size", [np.nan, 0.0])

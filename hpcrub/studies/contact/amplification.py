@@ -23,6 +23,7 @@ from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
 
 DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
+LONGER = 4.0  # times as long as a study a disk is followed to see whether its motion stays
 AIM = 1.0 / 3.0  # of max_error: error of an average of the tuned disk, which all others share
 ROUNDING = 1e-9  # share of clearance plus casing height up to which a motion is rounding
 
@@ -79,19 +80,18 @@ class Integrated(NamedTuple):
     result: SweepResult | None  # None: it failed
     seconds: float
     message: str = ""
-    half_step: SweepResult | None = None  # with half the time step; None: not checked
+    checks: dict[str, Any] = {}  # SweepResult of every one of the `checks`, where it is checked
 
     @property
     def n_steps(self) -> int:
-        """Number of time steps at all speeds, those of the half step included."""
-        return sum(sweep.n_steps for sweep in (self.result, self.half_step) if sweep)
+        """Number of time steps at all speeds, those of the checks included."""
+        return sum(sweep.n_steps for sweep in (self.result, *self.checks.values()) if sweep)
 
 
 def values_of(config: Config, found: Integrated) -> dict[str, Any]:
     """Results of one disk by their names in the result file: at every speed, and largest ones.
 
-    found: of all speeds, and not failed. Effects of half the time step are there where it was
-    checked.
+    found: of all speeds, and not failed. Effects of the `checks` are there where it was checked.
     """
     result, speeds_hz = found.result, config.speeds.values_hz
     assert result is not None  # it has not failed
@@ -99,13 +99,25 @@ def values_of(config: Config, found: Integrated) -> dict[str, Any]:
     values["peak_amplitude_m"], values["peak_speed_hz"] = peak(result, speeds_hz)
     for effect in effects.of(config):
         values |= effect.of_disk(result, speeds_hz)
-    if found.half_step is not None:
-        whole, half = amplitudes(result), amplitudes(found.half_step)
-        known = np.isfinite(whole) & np.isfinite(half)
-        differs = np.abs(half - whole)[known] > DIFFERENT * np.maximum(half, whole)[known]
-        values["half_step_peak_m"] = peak(found.half_step, speeds_hz)[0]
-        values["half_step_differs"] = float(differs.mean()) if known.any() else np.nan
+    for name, other in found.checks.items():
+        before, after = amplitudes(result), amplitudes(other)
+        known = np.isfinite(before) & np.isfinite(after)
+        differs = np.abs(after - before)[known] > DIFFERENT * np.maximum(after, before)[known]
+        values[f"{name}_peak_m"] = peak(other, speeds_hz)[0]
+        values[f"{name}_differs"] = float(differs.mean()) if known.any() else np.nan
     return values
+
+
+def checks(scene: Scene) -> dict[str, Scene]:
+    """Scenes in which some disks are integrated once more, by the names of their results."""
+    finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
+    return {"half_step": finer, "followed": followed(scene)}
+
+
+def followed(scene: Scene) -> Scene:
+    """The scene with motions that are followed LONGER, which shows whether they stay."""
+    first, last = (LONGER * time for time in (scene.steady.first_check, scene.steady.max_time))
+    return scene._replace(steady=scene.steady._replace(first_check=first, max_time=last))
 
 
 def n_runs(config: Config) -> int:
@@ -134,14 +146,15 @@ def join(parts: dict[int, Any]) -> Any:
     if failed := next((part for part in parts.values() if part.result is None), None):
         return failed._replace(seconds=seconds)
     whole = _joined({first: part.result for first, part in parts.items()})
-    half = _joined({first: part.half_step for first, part in parts.items()})
-    return Integrated(whole, seconds, half_step=half)
+    others = {
+        name: _joined({first: part.checks[name] for first, part in parts.items()})
+        for name in parts[0].checks
+    }
+    return Integrated(whole, seconds, checks=others)
 
 
 def _joined(parts: Any) -> Any:
-    """Join {p: SweepResult} of n parts to one; None where the parts are None."""
-    if parts[0] is None:
-        return None
+    """Join {p: SweepResult} of n parts to one."""
     n, n_strips = parts[0].wear.around.shape[:2]
     whole = SweepResult.empty(n, n_strips, parts[0].observed)
     for first, part in parts.items():

@@ -24,7 +24,17 @@ NO_CONTACT = (
     "no contact: the casing reaches the blades at no speed, so that no disk moves and no limit is "
     "exceeded (casing.clearance_mm beside bump_height_mm, harmonics and profile)"
 )
-FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is worth much
+FAR_OFF = 0.2  # change of a peak in a check, above which no percentile is worth much
+HALF_STEP = (  # heading, what it does, and the keys
+    "half the step moves peaks",
+    "half the time step, which may also lead to another motion at the same speed, moves",
+    "time.step_s",
+)
+FOLLOWED = (
+    "four times the time moves peaks",
+    "four times the time, in which a motion may be left for another one, moves",
+    "steady_state.first_check_s and max_time_s",
+)
 
 
 def verdict(file: ResultFile, found: survey.Survey | None = None) -> Verdict:
@@ -59,7 +69,7 @@ def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
     yield from findings.not_settled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from findings.not_resolved(file.warnings)
-    yield from _half_step(file)
+    yield from _checks(file)
     yield from _errors(file, counts)
     yield from findings.too_few_samples(config.convergence.percentiles, n)
     yield from _reference(file)
@@ -86,34 +96,39 @@ def _speeds(file: ResultFile, counts: Any) -> Iterator[Any]:
         )
 
 
-def _half_step(file: ResultFile) -> Iterator[Any]:
-    """Change of the peaks of the disks that were run with half the time step, too."""
+def _checks(file: ResultFile) -> Iterator[Any]:
+    """Change of the peaks of the disks that were integrated once more, in other ways."""
     if "tuned/half_step_peak_m" not in file:
-        advice = "no disk was run with another step (mistuning.checked_samples)"
-        yield Finding(REMARK, "unchecked step", advice)
+        advice = "no disk was run with another step, or for longer (mistuning.checked_samples)"
+        yield Finding(REMARK, "unchecked step and time", advice)
         return
-    moved = half_step_moves(file)
-    if not len(moved):
-        return
+    for name, said in (("half_step", HALF_STEP), ("followed", FOLLOWED)):
+        if len(moved := check_moves(file, name)):
+            yield _moved(moved, *said)
+
+
+def _moved(moved: np.ndarray, heading: str, does: str, keys: str) -> Finding:
+    """Finding about a check; moved: relative changes of the peaks, the tuned one first (n,)."""
     low, high, n = 100 * moved.min(), 100 * moved.max(), len(moved) - 1
     largest = np.abs(moved).max()
     whose = f"the peaks of the tuned disk and {counted(n, 'sample')}" if n else "the tuned peak"
-    yield Finding(
+    return Finding(
         USELESS if largest > FAR_OFF else SINGLE if largest > MOST_LOST else REMARK,
-        f"half the step moves peaks by up to {percent(largest)} %",
-        f"half the time step, which may also lead to another motion at the same speed, moves "
-        f"{whose} by {low:+.1f} to {high:+.1f} %; where that is too much: time.step_s",
+        f"{heading} by up to {percent(largest)} %",
+        f"{does} {whose} by {low:+.1f} to {high:+.1f} %; where that is too much: {keys}",
     )
 
 
-def half_step_moves(file: ResultFile) -> np.ndarray:
-    """Relative change of the checked disks' peaks with half the step, the tuned one first (n,)."""
-    where = -1, slice(n_counted(file))
-    half, whole = (
+def check_moves(file: ResultFile, name: str) -> np.ndarray:
+    """Relative change of the checked disks' peaks in a check, the tuned one first (n,)."""
+    where, there = (-1, slice(n_counted(file))), f"{name}_peak_m"
+    if f"tuned/{there}" not in file:
+        return np.zeros(0)
+    other, own = (
         np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", where))
-        for name in ("half_step_peak_m", "peak_amplitude_m")
+        for name in (there, "peak_amplitude_m")
     )
-    return finite(half / whole - 1.0)
+    return finite(other / own - 1.0)
 
 
 def _errors(file: ResultFile, counts: Any) -> Iterator[Any]:

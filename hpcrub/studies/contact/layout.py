@@ -22,15 +22,8 @@ _RUNS = "amplitudes of the runs of the tuned disk (mistuning.reference)"
 _EQUAL = "of a tuned disk of equal blades, whose motion may not stay"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
-# effect of half the time step on the disks that are checked
-HALF_STEP = (
-    Quantity(
-        "half_step_peak_m", "m",
-        "largest amplitude over the speeds with half the time step; NaN: not checked"),
-    Quantity(
-        "half_step_differs", "1",
-        "share of the speeds at which half the step changes the amplitude by over 10 %"),
-)  # fmt: skip
+# how the disks that are checked are integrated once more
+CHECKS = {"half_step": "with half the time step", "followed": "of motions followed 4 times as long"}
 TUNED = (
     Dataset("tuned/run_amplitude_m", ("run", "speed"), "m", f"{_RUNS} at every speed"),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
@@ -76,7 +69,7 @@ def layout(config: Config) -> Iterator[Dataset]:
     optional = {of for effect in effects.EFFECTS for of in effect.points}
     points = [of for of in SweepResult.declared().values() if of not in optional]
     points += [of for e in there for of in e.points]
-    checks = HALF_STEP if config.mistuning.checked_samples else ()
+    checks = _checks() if config.mistuning.checked_samples else ()
     of_disk = (*checks, *(of for e in there for of in e.peaks))
     yield SPEEDS
     yield from LEVELS
@@ -102,6 +95,15 @@ def layout(config: Config) -> Iterator[Dataset]:
         for name, text in STATISTICS:
             dimensions = "level", "percentile", "block"
             yield Dataset(kind.dataset(name), dimensions, kind.units, text.format(kind.words))
+
+
+def _checks() -> Iterator[Quantity]:
+    """What the disks that are checked do when they are integrated once more."""
+    for name, how in CHECKS.items():
+        words = f"largest amplitude over the speeds {how}; NaN: not checked"
+        yield Quantity(f"{name}_peak_m", "m", words)
+        words = f"share of the speeds at which the amplitude {how} differs by over 10 %"
+        yield Quantity(f"{name}_differs", "1", words)
 
 
 def amplitude(config: Config) -> str:

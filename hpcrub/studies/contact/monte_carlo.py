@@ -202,15 +202,15 @@ class MonteCarlo(Job):
     def _integrate(
         self, disks: Any, scene: Scene, poll: Any, checked: list[bool]
     ) -> Iterator[tuple[int, Any]]:
-        """Integrate disks together: (number, Integrated) as they end; checked: by half the step."""
+        """Integrate disks together: (number, Integrated) as they end; checked: once more, too."""
         start, speeds_hz, seen = time.perf_counter(), self.speeds_hz, self.observers
-        finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
+        others = amplification.checks(scene) if self.config.mistuning.checked_samples else {}
         for k, result in sweep.run_sweeps(disks, scene, speeds_hz, poll, observers=seen):
-            half = None
-            if checked[k] and self.config.mistuning.checked_samples:
-                ((_, half),) = sweep.run_sweeps([disks[k]], finer, speeds_hz, poll)
+            checks = {}
+            for name, other in others.items() if checked[k] else ():
+                ((_, checks[name]),) = sweep.run_sweeps([disks[k]], other, speeds_hz, poll)
             now = time.perf_counter()
-            yield k, amplification.Integrated(result, now - start, half_step=half)
+            yield k, amplification.Integrated(result, now - start, checks=checks)
             start = now
 
     def _finish(self, place: tuple[int, int], response: Any, rubbing: Modes | None) -> Any:

@@ -12,19 +12,22 @@ import numpy as np
 
 from hpcrub.config import run_up
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
 from hpcrub.contact.status import DIVERGED, STEADY, are_fatal
 from hpcrub.effects.effect import largest
 from hpcrub.response.run_up import run_up as run_up_of
 from hpcrub.response.sweep import Disk, run_sweeps
 from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
 from hpcrub.runs.study import Poll, Study
 from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.setup.run_up import asked_of
-from hpcrub.studies.contact.amplification import peak, peak_status
-from hpcrub.studies.contact.limits import severities
+from hpcrub.studies.contact.amplification import followed, peak, peak_status
+from hpcrub.studies.contact.limits import severities, severity
 
+EVERY = 50  # one disk in so many is followed longer, to see whether motions stay
 MOST_TOGETHER = 64  # disks that are integrated together, at most
 
 
@@ -42,6 +45,12 @@ def table(*dimensions: str, note: str = "") -> tuple[Dataset, ...]:
         Dataset("peak_stress_pa", dimensions, "Pa", "largest stress over the speeds"),
         Dataset("peak_status", dimensions, "1", PEAK_STATUS, "u1"),
     )
+
+
+def followed_table(*dimensions: str) -> Dataset:
+    """Dataset of the disks of a table that are followed longer."""
+    words = "amplitude or stress over its limit when followed 4 times as long; NaN: not followed"
+    return Dataset("followed_severity", dimensions, "1", words)
 
 
 class Trials(Study):
@@ -79,8 +88,20 @@ class Trials(Study):
             of = alike[0][1].config
             own = self.problem_of(prepared) if of is config else _problem_of(text)
             for k, found in peaks_of(of, own, [case.blades for _, case in alike], poll):
-                task = alike[k][0]
+                task, case = alike[k]
+                if "followed_severity" in there and _is_followed(of, task):
+                    longer = own._replace(scene=followed(own.scene))
+                    ((_, later),) = peaks_of(of, longer, [case.blades], poll)
+                    sizes = later["peak_amplitude_m"], later["peak_stress_pa"]
+                    found["followed_severity"] = severity(of, *sizes)
                 yield task, [(name, task, found[name]) for name in found if name in there]
+
+
+def _is_followed(config: Config, task: Any) -> bool:
+    """Whether the disk of a task is followed longer, by its number, the last part of the task."""
+    number = np.ravel(task)[-1]
+    asked = config.mistuning.checked_samples and not run_up.runs_up(config)
+    return bool(asked and number % EVERY == 1)
 
 
 @lru_cache(maxsize=4)
@@ -145,6 +166,23 @@ def _peaks_of_runs(
 def beyond(file: ResultFile) -> np.ndarray:
     """Whether the disks of a table were computed and exceed a limit, or have no result."""
     return (file.status != PENDING) & ~(severities(file) <= 1.0)
+
+
+def left_for_others(file: ResultFile) -> Iterator[Finding]:
+    """Finding about disks that are followed longer, and then lie on the other side of a limit."""
+    before, after = severities(file) > 1.0, file.read("followed_severity")
+    known = ~np.isnan(after)
+    n = int(np.count_nonzero(known))
+    more, less = (np.count_nonzero(known & (after > 1.0) & ~before),
+                  np.count_nonzero(known & (after <= 1.0) & before))  # fmt: skip
+    if more + less:
+        yield Finding(
+            USELESS if more + less > MOST_LOST * n else SINGLE,
+            "motions that do not stay",
+            f"of {counted(n, 'disk')} that were followed four times as long, to see whether their "
+            f"motion stays, {more} exceed the limit only then, and {less} do no more: "
+            "steady_state.first_check_s and max_time_s four times as long",
+        )
 
 
 def limit_problems(config: Config) -> Iterator[str]:

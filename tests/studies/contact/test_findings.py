@@ -115,7 +115,8 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
     assert "±4 %: 0 of 1 disks exceed 35 mm" in printed
 
 
-def test_half_the_step_is_said_beside_the_step(file):
+@pytest.mark.parametrize("check", ["half_step", "followed"])
+def test_a_check_is_said_beside_what_was_asked(file, check):
     """The share that is printed is that of the file's own numbers; a large one is no result."""
     text = TINY.replace("checked_samples: 0", "checked_samples: 1")
     config = Config.from_yaml(text).replace({"output": str(file.path) + "2"})
@@ -123,12 +124,13 @@ def test_half_the_step_is_said_beside_the_step(file):
     weights = []
     for change in (0.01, 0.1, -0.3):
         with studies.open_result(config.output, mode="r+") as found:
-            tuned = {"peak_amplitude_m": 0.03, "half_step_peak_m": 0.03 * (1.0 + change)}
-            own = {"peak_amplitude_m": 0.02, "half_step_peak_m": 0.02, "status": DONE}
+            tuned = {"peak_amplitude_m": 0.03, f"{check}_peak_m": 0.03 * (1.0 + change)}
+            own = {"peak_amplitude_m": 0.02, f"{check}_peak_m": 0.02, "status": DONE}
             contact_file.write_tuned(found, tuned)
             contact_file.write_sample(found, 1, 0, own)
-            np.testing.assert_allclose(findings.half_step_moves(found), [change, 0.0], atol=1e-12)
-            (line,) = (f for f in findings._half_step(found))
+            moves = findings.check_moves(found, check)
+            np.testing.assert_allclose(moves, [change, 0.0], atol=1e-12)
+            (line,) = findings._checks(found)
         weights.append(line.severity)
         low, high = sorted((100 * change, 0.0))
         assert f"1 sample by {low:+.1f} to {high:+.1f} %" in line.advice
@@ -162,11 +164,26 @@ def test_the_default_step_holds_and_one_that_does_not_is_marked(tmp_path, keys, 
     assert run_here(tmp_path / "a.yaml") == 0
     with open_result(config.output) as found:
         error = found.read("tuned/peak_amplitude_m") / truth - 1.0
-        moved = findings.half_step_moves(found)[0]
+        moved = findings.check_moves(found, "half_step")[0]
         said = f"{contact_file.read_verdict(found).words} {found.attributes.get('warnings', '')}"
     assert (abs(error) < 0.01) == (abs(moved) < 0.01) == holds
     marked = "half the step moves peaks" in said or "a blade springs back from" in said
     assert marked == (not holds)
+
+
+def test_a_disk_is_followed_as_a_study_with_longer_times_does(tmp_path):
+    """The first check of the paper's rule comes too early, and says nothing of the time after."""
+    keys = FOUR_BLADES | {"steady_state.rule": "last_window", "speeds.from_hz": 93.5}
+    config, peaks = Config().replace(keys), {}
+    for factor in (1, 4):
+        times = {"steady_state.first_check_s": 0.02 * factor, "steady_state.max_time_s": factor}
+        own = config.replace(times | {"output": str(tmp_path / f"{factor}.h5")})
+        (tmp_path / f"{factor}.yaml").write_text(own.to_yaml())
+        assert run_here(tmp_path / f"{factor}.yaml") == 0
+        with open_result(own.output) as found:
+            names = "peak_amplitude_m", "followed_peak_m"
+            peaks[factor] = [found.read(f"tuned/{name}") for name in names]
+    assert peaks[1][1] == peaks[4][0] != peaks[1][0]
 
 
 def test_the_reference_is_as_uncertain_as_the_median_of_the_tuned_runs(file):
