@@ -11,7 +11,7 @@ Parameters of compiled functions, whose docstrings describe only further ones:
     n_active          number of entries of `State.active` that count
     deepest           deepest penetration of the step (L,) [m]
     begin, end        first mode of a block, and the mode after the last
-    n_groups, group   number of groups of blades with listed points, and the index of one group
+    n_listed          number of listed points, those of blades that touch or nearly do
     threshold         penetration from which on a blade counts in a lane (L,) [m]
     limit             tolerance of a multiplier or penetration (L,) [m]
 """

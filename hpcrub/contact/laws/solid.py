@@ -1,8 +1,8 @@
 """The contact law of disks that move in three dimensions.
 
 Friction turns with the slip velocity (`friction`), the points of a blade are stiffly coupled
-(`blades`, `groups`), and there are many modes and points (`passes.predict`). The points meet one of
-the `surfaces`.
+(`blades`, `active_set`), and there are many modes and points (`passes.predict`). The points meet
+one of the `surfaces`.
 """
 
 import numpy as np
@@ -22,8 +22,6 @@ from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import columns, delassus
 from hpcrub.model.reduction import Rows
-
-GROUP = 48  # largest number of contact points in a group of neighbouring blades
 
 
 @compiled(inner=True)
@@ -102,8 +100,6 @@ class Solid(SurfaceLaw, SolidArrays):
         interface, axial = scene.interface, columns(rows.axial)
         n_points = axial.shape[1]
         first = np.append(0, np.cumsum(interface.points_per_blade))
-        starts = group_starts(first)
-        most = np.diff(first[starts]).max()
         sector, place = np.zeros((2, len(interface.angle)), dtype=np.int64)
         sector[rows.points], place[rows.points] = np.indices(rows.points.shape)
         way = np.zeros(n_points)
@@ -114,7 +110,8 @@ class Solid(SurfaceLaw, SolidArrays):
                 compliance=3 * rows.points.size * rows.points.shape[1],
                 cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, touched=interface.n_blades,
-                equations=most * (most + 1), depths=most, undone=most, wrong=most,
+                equations=n_points * (n_points + 1), depths=n_points, undone=n_points,
+                wrong=n_points,
             ),
             sector=sector,
             place=place,
@@ -123,15 +120,13 @@ class Solid(SurfaceLaw, SolidArrays):
             points=np.argsort(interface.blade, kind="stable"),
             blade=interface.blade,
             first=first,
-            starts=starts,
             way=way,
             friction=scene.friction,
             tangential=np.asfortranarray(columns(rows.tangential)),
             axial=np.asfortranarray(axial),
-            groups=np.zeros(len(starts), dtype=np.int64),
             turned=np.zeros(n_points, dtype=np.int64),
             fresh=np.zeros(n_points + 1, dtype=np.int64),
-            chosen=np.zeros(most, dtype=np.int64),
+            chosen=np.zeros(n_points, dtype=np.int64),
             surface=surface_of(scene, grid, n_points, width),
             kinematics=_kinematics(rows, scene, grid, width),
         )  # fmt: skip
@@ -193,15 +188,3 @@ def _unfolded(by_first: np.ndarray, points: np.ndarray) -> np.ndarray:
         moved = points[(blade + np.arange(n)) % n]
         W[:, moved[:, :, None], points[blade]] = by_first
     return W
-
-
-def group_starts(first: np.ndarray) -> np.ndarray:
-    """First blades (G + 1,) of as few groups of neighbouring blades as keep within GROUP points.
-
-    first: place of the first point of every blade (N + 1,) int.
-    """
-    starts = [0]
-    for blade in range(1, len(first) - 1):
-        if first[blade + 1] - first[starts[-1]] > GROUP:
-            starts.append(blade)
-    return np.array([*starts, len(first) - 1])

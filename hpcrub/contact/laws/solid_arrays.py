@@ -1,4 +1,4 @@
-"""The arrays of `solid.Solid`, which its solvers `blades`, `groups` and `friction` work on."""
+"""The arrays of `solid.Solid`, which its solvers `blades`, `active_set` and `friction` work on."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from hpcrub.contact.laws.surfaces import Surface
 
 
 class SolidArrays(NamedTuple):
-    """Arrays for N blades in G groups of at most P points, C points (padded), L lanes."""
+    """Arrays for N blades with P points each, C points in all (padded), L lanes."""
 
     coupling: np.ndarray  # W_ab/W_bb of listed points a and b ((C + 1)², L), row b·(C + 1) + a
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
@@ -19,7 +19,6 @@ class SolidArrays(NamedTuple):
     points: np.ndarray  # contact points, blade by blade (n,) int
     blade: np.ndarray  # blade of every contact point (n,) int
     first: np.ndarray  # place in ``points`` of the first point of every blade (N + 1,) int
-    starts: np.ndarray  # first blade of every group (G + 1,) int
     way: np.ndarray  # way of a point along the casing in a step by rotation, R 2π/n (C,) [m]
     friction: float  # coefficient of friction [-]
     tangential: np.ndarray  # T (K, C) [1/√kg]
@@ -36,17 +35,16 @@ class SolidArrays(NamedTuple):
     # (C, L): code of the surface's line (1 on a rigid casing) where a point carried a force in the
     # last contact of its lane, -1 where other points held it out of the casing, else 0 (modified)
     touching: np.ndarray
-    groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
     turned: np.ndarray  # 1 where a listed point's column of W is filled, else 0 (C,) int (modified)
     deepest: np.ndarray  # deepest penetration of every blade (N, L) [m] (modified)
     touched: np.ndarray  # number of steps in which a blade carried a force (N, L) (modified)
     surface: Surface
     kinematics: Small | Bent
-    # Work space for the solver of a group of at most P points, which no step reads from another
+    # Work space of the solver, which no step reads from another
     fresh: np.ndarray  # places of points whose column of W `friction.turn` fills (C + 1,) int
-    chosen: np.ndarray  # places of the points that carry a force (P,) int
-    equations: np.ndarray  # equations of the chosen points, each with its right side (P·(P + 1), L)
-    depths: np.ndarray  # solution of the equations (P, L) [m]
-    undone: np.ndarray  # depth x that the force on each point of the group undoes (P, L) [m]
-    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (P, L)
+    chosen: np.ndarray  # places of the points that carry a force (C,) int
+    equations: np.ndarray  # equations of the chosen points, each with its right side (C·(C + 1), L)
+    depths: np.ndarray  # solution of the equations (C, L) [m]
+    undone: np.ndarray  # depth x that the force on each listed point undoes (C, L) [m]
+    # depth that a trial leaves [m], then 1 + right code of a point off its line, else 0 (C, L)
     wrong: np.ndarray

@@ -252,20 +252,14 @@ class Coated(CoatedArrays):
 
     @staticmethod
     @compiled(inner=True)
-    def subtract_earlier(
-        lanes: tuple, surface: "Coated", state: State, law: Any, start: int, end: int, n: int
-    ) -> None:
-        """Reduce the depths of listed points by the effect of earlier forces (state is modified).
-
-        start, end: places in ``state.active`` of the first point and after the last.
-        n: number of all listed points, whose earlier forces act.
-        """
+    def subtract_earlier(lanes: tuple, surface: "Coated", state: State, law: Any, n: int) -> None:
+        """Reduce the depths of n listed points by their earlier forces (state is modified)."""
         n_rows = state.penetration.shape[0]
         for b in range(n):
             j = state.active[b]
             less = 0.0 - relief(lanes, surface, j)
             if v.any_lane(less < 0.0):
-                for a in range(start, end):
+                for a in range(n):
                     effect = v.load(lanes, law.coupling, b * n_rows + a)
                     v.store(state.depth, a, v.fma(effect, less, v.load(lanes, state.depth, a)))
 
