@@ -1,7 +1,7 @@
 """Run-ups of the product against exact passages, a second program and the balance of energy.
 
 Without contact the load is an exact harmonic of the casing's angle, for which `evidence.truth`
-has closed forms and an ODE solver. `tests.evidence.test_run_up_truth` holds these programs.
+has closed forms.
 """
 
 import numpy as np
@@ -9,12 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from evidence.truth import run_up_rubbing
+from evidence.truth import ring
 from evidence.truth.disk import DAMPING_RATIO, LOAD, reference_reduced
 from evidence.truth.energy import audit
 from evidence.truth.hexahedra import sector_arrays
-from evidence.truth.run_up import Harmonic, linear_run, passage, turned
-from evidence.truth.run_up_rubbing import Structure, Wall, rubbing_run
+from evidence.truth.run_up import passage
+from evidence.truth.run_up_rubbing import Structure, rubbing_run
 from evidence.validation import run_up as case
 from evidence.validation.report import SCHEMES, fitted_order
 from hpcrub.config.schema import Config
@@ -55,17 +55,12 @@ def test_all_repetitions_follow_a_table_that_holds_its_speed():
     scene = case.loaded(step=2e-5, record_interval=0.0)
     times, speeds = np.array([0.0, 0.2, 0.3, 0.5]), np.array([22.5, 23.3, 23.3, 22.6])
     run = case.trail(modes, scene, Schedule(times, speeds), repeats=8)
-    slow = slice(0, 12)  # the others are quasi-static
-    load = [Harmonic(ORDER, case.forces(modes, scene)[slow], ramped=False)]
-    damping = np.full(12, DAMPING_RATIO)
     for lane in (0, 7):
         waits = run.waits[lane]
         begin = [0.0] if waits else []
-        table = [*begin, *(times + waits)], HZ * np.array([22.5] * len(begin) + [*speeds])
-        exact = linear_run(
-            modes.omega[slow], damping, load, turned(*table), run.time[:, lane] + waits
-        )
-        off = np.abs(run.position[:, slow, lane] - exact).max(axis=1)
+        table = np.append(begin, times + waits), np.append(22.5 * np.ones(len(begin)), speeds)
+        exact = case.by_table(modes, scene, *table, run.time[:, lane] + waits)
+        off = np.abs(run.position[:, :, lane] - exact).max(axis=1)
         assert off.max() < 1e-4 * np.abs(exact).max()
 
 
@@ -96,16 +91,14 @@ def rubbing_pair(ends, lasts, step):
         modes.omega, np.full(K, scene.damping_ratio), modes.normal, modes.tangential,
         scene.interface.angle,
     )  # fmt: skip
-    bumps = run_up_rubbing.bumps(scene.casing.n_bumps, scene.casing.bump_height)
-    wall = Wall(bumps, scene.clearance, scene.friction, scene.ramp_time)
-    turning = turned([0.0, lasts], HZ * np.array(ends))
-    other = rubbing_run(
-        structure, wall, turning, lasts / n, n, scheme=scene.scheme, observed=modes.observed
-    )
-    assert (other.force > 0.0).any(axis=0).all()  # every tip touches
-    times = t[before]
-    theirs = [np.interp(times, other.times, tip) for tip in other.position.T]
-    return times, tips[before], np.stack(theirs, axis=1)
+
+    def angle(t):
+        return HZ * t * (ends[0] + (ends[1] - ends[0]) * t / (2.0 * lasts))
+
+    moved, force = rubbing_run(structure, ring.wall_of(scene), angle, lasts / n, n, modes.observed)
+    assert (force > 0.0).any(axis=0).all()  # every tip touches
+    times, theirs = t[before], lasts / n * np.arange(n + 1)
+    return times, tips[before], np.stack([np.interp(times, theirs, tip) for tip in moved.T], axis=1)
 
 
 @pytest.mark.parametrize("ends", [(33.0, 36.0), (36.0, 33.0)], ids=["up", "down"])
