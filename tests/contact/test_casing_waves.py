@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from evidence.truth import energy, ring
+from evidence.truth.disk import STEEL
 from evidence.truth.motion import Structure, make_bank, recorded, wall
-from evidence.validation.casing import STEEL
 from evidence.validation.report import fitted_order
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run

@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import pytest
 
+from evidence.truth.disk import STEEL
 from evidence.truth.motion import spatial
-from evidence.validation.casing import STEEL
 from evidence.validation.coating import HARD, MASS, ready
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evidence.validation.casing import ALUMINIUM, STEEL
+from evidence.truth.disk import ALUMINIUM, STEEL
 from hpcrub.contact.status import DIVERGED, NOT_FED, RUNAWAY
 from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.mistuning import stiffness_deviation
