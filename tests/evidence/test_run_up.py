@@ -54,8 +54,8 @@ def test_all_repetitions_follow_a_table_that_holds_its_speed():
     modes = mistuned_modes(reference_reduced(case.N_MODES), case.MISTUNING)
     scene = case.loaded(step=2e-5, record_interval=0.0)
     times, speeds = np.array([0.0, 0.2, 0.3, 0.5]), np.array([22.5, 23.3, 23.3, 22.6])
-    run = case.trail(modes, scene, Schedule(times, speeds), repeats=8)
-    for lane in (0, 7):
+    run = case.trail(modes, scene, Schedule(times, speeds), repeats=4)
+    for lane in (0, 3):
         waits = run.waits[lane]
         begin = [0.0] if waits else []
         table = np.append(begin, times + waits), np.append(22.5 * np.ones(len(begin)), speeds)
@@ -207,23 +207,15 @@ def test_up_and_down_a_run_follows_the_two_motions_at_one_speed():
     for speeds, ends in (([23.0, 23.3, 23.5], (22.4, 23.7)), ([23.3, 23.5, 23.8], (24.2, 23.1))):
         motion = Motion.at_rest(3, modes.n_rows)
         sweep = follow(modes, scene, np.array(speeds), motion, ends[1] < ends[0], lambda: None)
-        run = run_up(modes, scene, Schedule.of_rate(*ends, 0.4), Asked(borders, 8))
+        run = run_up(modes, scene, Schedule.of_rate(*ends, 0.4), Asked(borders, 4))
         steady = sweep.amplitude[np.isin(speeds, [23.3, 23.5])]
-        np.testing.assert_allclose(run.envelope[:, 0, [1, 3]], np.tile(steady, (8, 1)), rtol=0.05)
+        np.testing.assert_allclose(run.envelope[:, 0, [1, 3]], np.tile(steady, (4, 1)), rtol=0.05)
         found.append(steady)
     assert (found[0] > 2.0 * found[1]).all()
 
 
-def planar():
-    """Scene, and modes of the tuned disk at rest, blades of which are 30 % stiffer at 30 Hz."""
-    full, reduced = HZ * 30.0, reference_reduced(case.N_MODES)
-    slopes = 0.3 / full**2 * reduced.modal_blade_stiffness.sum(axis=0)
-    reduced = reduced._replace(stiffening=(slopes, -0.2 / full**2 * slopes))
-    return case.loaded(step=4e-5, record_interval=0.0), mistuned_modes(reduced, TUNED)
-
-
 def imported():
-    """The same of a disk in three dimensions, all of which is 30 % stiffer at 600 Hz."""
+    """Scene, and modes of the tuned disk at rest, all of which is 30 % stiffer at 600 Hz."""
     arrays = sector_arrays()
     for part in ("data", "indices", "indptr"):
         arrays[f"K0/{part}"] = arrays[f"K1/{part}"] = arrays.pop(f"K/{part}")
@@ -249,14 +241,13 @@ def by_solver(modes, main, force, begin, rate, times):
 
 
 @pytest.mark.parametrize("way", [1, -1])
-@pytest.mark.parametrize("disk", [planar, imported])
-def test_frequencies_are_those_of_the_speed_while_it_changes(disk, way, folder):
+def test_frequencies_are_those_of_the_speed_while_it_changes(way, folder):
     """By an ODE solver with K(Ω(t)), and where the load meets the frequency of its speed.
 
     The stiffness changes between stretches, at one phase of the load: of the energy of the springs
     that it adds all or nothing. That is of the order of the frequency's change in a decay time.
     """
-    scene, modes = disk()
+    scene, modes = imported()
     force = case.forces(modes, scene)
     main = int(np.abs(force)[:10].argmax())
     at_rest = modes.omega[main] / (ORDER * HZ)
