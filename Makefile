@@ -65,7 +65,7 @@ lint: $(STAMP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff format --check .
 	@$(VENV_PYTHON) -m mypy
 
-bench: $(STAMP)  ## measure speed, write evidence/benchmarks/report.md (5 min; ARGS=kernel)
+bench: $(STAMP)  ## measure speed, write evidence/benchmarks/report.md (7 min; ARGS=kernel)
 	@$(VENV_PYTHON) -m evidence.benchmarks $(ARGS)
 
 scaling: $(STAMP)  ## measure how a study scales on this machine, write docs/scaling.md (1 min)
