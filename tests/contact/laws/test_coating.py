@@ -113,6 +113,7 @@ def test_whole_contacts_of_a_disk_lose_energy_with_the_second_order():
 def test_a_rebound_loses_what_is_said_of_the_time_step(turn):
     """A free mass thrown at a spring, √(k/m) h = turn, mean of where in a step it meets it."""
     a, b, c = newmark(turn**2)
+    assert a + b + c == pytest.approx(1.0, rel=1e-14)  # a constant force is what it is
     half_turn = np.pi / np.arctan2(2.0 * turn, 2.0 - b * turn**2)
     lost = 1.0 - ((1.0 + c * turn**2) / (1.0 + a * turn**2)) ** half_turn
     mass, h, left = Mass(1.0, 0.0, 1e-9), turn / np.sqrt(SPRING.stiffness), []
