@@ -83,6 +83,10 @@ def test_a_run_ends_when_nothing_has_worn_for_ten_revolutions():
         followed.see(1.0 + revolution, 0.1 * revolution)
         followed.keep(revolution, np.array([1.0 * revolution]))
     assert followed.growth == 12.0  # the last depth that is ten revolutions old or more
+    exactly = wear.Wearing(rule, None)
+    for revolution in (0, 1, 11):
+        exactly.keep(revolution, np.array([1.0 * revolution]))
+    assert exactly.growth == 10.0
     rule.verdict = Verdict(STEADY, np.ones(1), 1.0, 0.0, 0.0)
     still, moving = (Recent(np.full((2, 1), size), None, None) for size in (0.3, 2.0))
     assert followed.look(still, 9.0, over=False) is None
