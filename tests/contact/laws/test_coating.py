@@ -265,18 +265,19 @@ def test_stiff_casings_are_the_rigid_one_in_three_dimensions():
 
 
 def test_a_lane_filled_later_meets_a_new_coating():
-    """A block further on the casing is the same, and its bars are counted from where it starts."""
+    """Whole blocks further on the casing is the same; bars count from where a lane starts."""
     modes = mistuned_modes(reference_reduced(), np.linspace(-0.04, 0.04, 12))
     scene, grid, speed = reference_scene(coating=SOFT), Grid(1200, 4, 1), 34.0
     h = 1.0 / (speed * 1200)
     bank = allocate(modes, scene, grid, 8, [33.0])
     run(bank, 3)
     fill_lane(bank, 0, modes, scene, h)
+    run(bank, 2)
     fill_lane(bank, 5, modes, scene, h)
     run(bank, 7)
-    fresh = allocate(modes, scene, grid, 8, [speed])
-    run(fresh, 7)
-    for lane in (0, 5):
+    for lane, n_blocks in ((0, 9), (5, 7)):
+        fresh = allocate(modes, scene, grid, 8, [speed])
+        run(fresh, n_blocks)
         assert np.array_equal(bank.state.position[:, lane], fresh.state.position[:, 0])
         assert np.array_equal(bank.law.surface.worn_depth(lane), fresh.law.surface.worn_depth(0))
     assert fresh.law.surface.worn_depth(0).max() > 1e-5
