@@ -48,7 +48,7 @@ test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 4
 	@command -v slurmctld >/dev/null || { apt-get update -q; apt-get install -q -y --no-install-recommends slurm-wlm munge; }
 	@$(VENV_PYTHON) -m pytest tests/slurm $(ARGS)
 
-validate: $(STAMP)  ## hold the kernel against exact solutions, write docs/validation.md (5 min; ARGS=--fast)
+validate: $(STAMP)  ## hold the kernel against exact solutions, write docs/validation.md (3 min; ARGS=run_up)
 	@$(VENV_PYTHON) -m evidence.validation $(ARGS)
 
 stress: $(STAMP)  ## thousands of runs in the corners of the input, write docs/stress.md (20 min; ARGS=--fast)
@@ -65,7 +65,7 @@ lint: $(STAMP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff format --check .
 	@$(VENV_PYTHON) -m mypy
 
-bench: $(STAMP)  ## measure speed, write evidence/benchmarks/report.md (8 min; ARGS=kernel)
+bench: $(STAMP)  ## measure speed, write evidence/benchmarks/report.md (7 min; ARGS=kernel)
 	@$(VENV_PYTHON) -m evidence.benchmarks $(ARGS)
 
 scaling: $(STAMP)  ## measure how a study scales on this machine, write docs/scaling.md (1 min)

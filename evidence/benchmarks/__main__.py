@@ -1,4 +1,4 @@
-"""Measure the kernel's speed and what a sample costs; writes report.md (8 min).
+"""Measure the kernel's speed and what a sample costs; writes report.md (7 min).
 
 Every section stands for itself, and writes its tables into the page when it has been measured.
 """
@@ -8,18 +8,10 @@ import sys
 from pathlib import Path
 
 from evidence import page, progress
-from evidence.benchmarks import (
-    kernel_speed,
-    run_ups,
-    sample_cost,
-    shapes,
-    shared_basis,
-    spatial_speed,
-)
+from evidence.benchmarks import kernel_speed, sample_cost, shapes, spatial_speed
 
 SECTIONS = {
     "kernel": kernel_speed.section, "shapes": shapes.section, "spatial": spatial_speed.section,
-    "basis": shared_basis.section, "run_up": run_ups.section,
     "sample": sample_cost.sample, "start": sample_cost.start,
 }  # fmt: skip
 

@@ -1,6 +1,6 @@
 """Do motions that are called steady or averaged stay? Follows them on, and writes docs/staying.md.
 
-One core takes half an hour. `make staying ARGS="tuned averages"` measures some sections only.
+One core takes half an hour. `make staying ARGS=tuned` measures one section only.
 """
 
 import argparse
@@ -9,7 +9,6 @@ import numpy as np
 
 from evidence.page import DOCS, machine, replace, table
 from evidence.progress import followed
-from evidence.staying import precision
 from evidence.staying.follow import follow, shares
 from evidence.staying.scenes import MISTUNED, TUNED, Scenes
 from hpcrub.contact.status import NOT_STEADY
@@ -87,20 +86,7 @@ def averages():
     return {"averages": table(heads, rows) + "\n" + said}
 
 
-def work():
-    """Figure and table of error against time."""
-    results = {name: list(precision.measure(changes)) for name, changes in precision.PLACES.items()}
-    precision.draw(results, DOCS / "figures" / "work_precision.png")
-    rows = [
-        (place, rule, label, f"{seconds:.3f}", f"{100 * error:.1f} %")
-        for place, found in results.items()
-        for rule, label, seconds, error in found
-    ]
-    heads = ["disk", "rule", "confirmations, max_error", "core s a sample", "error of deciles"]
-    return {"precision": table(heads, rows)}
-
-
-SECTIONS = {"tuned": tuned, "averages": averages, "precision": work}
+SECTIONS = {"tuned": tuned, "averages": averages}
 
 
 def main():

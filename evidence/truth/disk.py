@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from hpcrub.model.casing import CasingShape
+from hpcrub.model.casing_modes import Ring
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton
 from hpcrub.response.scene import Scene
@@ -13,6 +14,9 @@ from hpcrub.response.scene import Scene
 MATERIAL = SimpleNamespace(young_modulus=2.1e11, density=7800.0)
 DAMPING_RATIO = 5e-3
 LOAD = 150.0  # [N]
+# casings that vibrate
+STEEL = Ring(radius=0.5025, thickness=0.02, width=0.1, young=2.1e11, density=7800.0)
+ALUMINIUM = STEEL._replace(thickness=5e-3, young=7e10, density=2700.0)
 
 
 def disk_section(blade=None, **changes):

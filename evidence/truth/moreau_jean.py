@@ -11,8 +11,8 @@ Same matrices, casing law and physics as the studies, everything else different:
   g_{k+1} ≥ 0 that leaves the velocities (Acary 2013). With g_k in place of max(g_k, 0) the velocity
   would take back what a tip has sunk in, which is restitution of up to 1/2 after each impact.
   The kernel corrects positions by forces that act one step earlier;
-- friction −μp along the slip of the step before, which always slides: along +t on a planar disk;
-  projected Gauss–Seidel on the impulses of all contact points.
+- friction −μp along +t, as the tips of a planar disk always slide; projected Gauss–Seidel on the
+  impulses of all contact points.
 
 The clock is the time, not the angle, so all speeds share every step. θ = 1/2 would leave modes far
 above 1/h undamped, which every impact excites: θ = 0.51 takes 4 % of them a step and adds
@@ -48,84 +48,64 @@ def unreduced(disk):
 
 class _Operators(NamedTuple):
     move: np.ndarray  # (n, 2n) velocity change of a step without contact from (u, v)
-    rows: np.ndarray  # (3 n_c, n) displacements of the points: normal, tangential, axial
-    answer: np.ndarray  # (n, 3 n_c) velocity change per unit impulse against each of these
-    delassus: np.ndarray  # (3, n_c, n_c) normal approach that it takes
+    normal: np.ndarray  # (C, n) displacements of the points
+    answer: np.ndarray  # (n, C) velocity change per unit impulse against each, with friction
+    delassus: np.ndarray  # (C, C) normal approach that it takes
     observed: np.ndarray  # (n_o, n)
 
 
-def _operators(model, damping_ratio, h, theta):
+def _operators(model, damping_ratio, friction, h):
     M, K, face = model.mass, model.stiffness, model.interface
     eigenvalues, Phi = eigh(K, M)
     MPhi = M @ Phi
     C = MPhi @ (2.0 * damping_ratio * np.sqrt(eigenvalues)[:, None] * MPhi.T)
-    A = cho_factor(M + h * theta * C + (h * theta) ** 2 * K)
-    move = -h * cho_solve(A, np.hstack([K, C + h * theta * K]))
-    axial = face.axial if len(face.axial) else np.zeros_like(face.normal)
-    rows = np.concatenate([face.normal, face.tangential, axial])
-    answer = -cho_solve(A, rows.T)
-    delassus = -np.stack(np.hsplit(face.normal @ answer, 3))
-    return _Operators(*map(np.ascontiguousarray, (move, rows, answer, delassus, face.observed)))
+    A = cho_factor(M + h * THETA * C + (h * THETA) ** 2 * K)
+    move = -h * cho_solve(A, np.hstack([K, C + h * THETA * K]))
+    answer = -cho_solve(A, (face.normal + friction * face.tangential).T)
+    parts = move, face.normal, answer, -face.normal @ answer, face.observed
+    return _Operators(*map(np.ascontiguousarray, parts))
 
 
 @numba.njit
-def _pushed(operators, approach, slip, friction):
-    """Velocity change (n,) by impulses that end the approach (n_c,); slip: of the step before."""
-    along, across = slip[: len(approach)], slip[len(approach) :]
-    speed = np.hypot(along, across) / friction
-    W = operators.delassus[0] + operators.delassus[1] * (along / speed)
-    p = forces(W + operators.delassus[2] * (across / speed), approach)
-    return np.dot(operators.answer, np.concatenate((p, along / speed * p, across / speed * p)))
-
-
-@numba.njit
-def _integrate(operators, casing, face, speeds_hz, h, theta, n_steps, y, start, peaks):
-    """Integrate from y = (u, v) (2n, S) at the times start (S,) (y, peaks are modified)."""
-    angle, turning, clearance = face  # turning: slip by rotation (2 n_c, S)
-    n, n_c, omega = len(y) // 2, len(angle), 2.0 * np.pi * speeds_hz
-    normal, along = operators.rows[:n_c], operators.rows[n_c:]
-    before, place = np.empty((2, n_c, len(omega)))
+def _integrate(operators, casing, angle, speeds_hz, h, n_steps, y, peaks):
+    """Integrate from y = (u, v) (2n, S) at the time 0 (y, peaks are modified)."""
+    n, omega, normal = len(y) // 2, 2.0 * np.pi * speeds_hz, operators.normal
+    before, place = np.empty((2, len(angle), len(omega)))
     u, v = y[:n], y[n:]
     for k in range(-1, n_steps):
-        t = start + (k + 1) * h
+        t = (k + 1) * h
         before, place = place, before
         for s in range(len(omega)):
-            np.subtract(clearance, bump(casing, angle + omega[s] * t[s], t[s]), place[:, s])
+            place[:, s] = casing.clearance - bump(casing, angle + omega[s] * t, t)
         if k >= 0:
-            slip, change = np.dot(along, v) + turning, np.dot(operators.move, y)
+            change = np.dot(operators.move, y)
             open_by = np.maximum(before - np.dot(normal, u), 0.0)
             approach = np.dot(normal, v + change) - (open_by + place - before) / h
             for s in range(len(omega)):
                 if approach[:, s].max() > 0.0:
-                    kick = change[:, s]
-                    kick += _pushed(operators, approach[:, s], slip[:, s], casing.friction)
-            u += h * (v + theta * change)
+                    p = forces(operators.delassus, approach[:, s])
+                    change[:, s] += np.dot(operators.answer, p)
+            u += h * (v + THETA * change)
             v += change
             depth = np.dot(normal, u) - place
             for s in range(len(omega)):
-                at = u[:, s]
                 if depth[:, s].max() > 0.0:
-                    at += _pushed(operators, depth[:, s], slip[:, s], casing.friction)
+                    u[:, s] += np.dot(operators.answer, forces(operators.delassus, depth[:, s]))
                 left = (n_steps - k - 1) * h * speeds_hz[s]  # revolutions
                 if left < 6.0:
-                    seen = np.abs(np.dot(operators.observed, np.ascontiguousarray(at)))
+                    seen = np.abs(np.dot(operators.observed, np.ascontiguousarray(u[:, s])))
                     peaks[int(left < 3.0), s] = max(peaks[int(left < 3.0), s], seen.max())
 
 
-def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration, theta=THETA, start=None):
-    """Largest observed displacement over three revolutions.
+def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration):
+    """Largest observed displacement over three revolutions, from rest.
 
     model: Model or ReducedModel, mistuned or not; casing: `ring.Wall`; speeds_hz (S,);
-    h, duration [s]; start: u, v (n, S) and the time (S,) that they belong to, rest by default.
-    Returns amplitudes (2, S) [m] over the three revolutions before the last three and over the
-    last three.
+    h, duration [s]. Returns amplitudes (2, S) [m] over the three revolutions before the last three
+    and over the last three.
     """
     speeds_hz, face = np.asarray(speeds_hz, dtype=float), model.interface
-    n, n_speeds = len(model.mass), len(speeds_hz)
-    u, v, since = start or (*np.zeros((2, n, n_speeds)), np.zeros(n_speeds))
-    y, peaks = np.ascontiguousarray(np.concatenate([u, v])), np.zeros((2, n_speeds))
-    operators = _operators(model, damping_ratio, h, theta)
-    turning = np.outer(np.append(face.radius, np.zeros_like(face.radius)), 2 * np.pi * speeds_hz)
-    points = face.angle, turning, casing.clearance + face.clearance
-    _integrate(operators, casing, points, speeds_hz, h, theta, round(duration / h), y, since, peaks)
+    y, peaks = np.zeros((2 * len(model.mass), len(speeds_hz))), np.zeros((2, len(speeds_hz)))
+    operators = _operators(model, damping_ratio, casing.friction, h)
+    _integrate(operators, casing, face.angle, speeds_hz, h, round(duration / h), y, peaks)
     return peaks

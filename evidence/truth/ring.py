@@ -80,19 +80,13 @@ def forces(W, p):
     raise RuntimeError("Gauss-Seidel did not converge")
 
 
-def integrate(
-    omega, damping_ratio, normal, tangential, angle, ring, wall, speed_hz, steps, n, start=None
-):
-    """n steps of a disk of modes (K,), (C, K) [1/√kg] at rest; steps: of a revolution.
-
-    start: modal coordinates of disk and ring (K,), (2J,), at rest; zero by default. Returns a Run.
-    """
+def integrate(omega, damping_ratio, normal, tangential, angle, ring, wall, speed_hz, steps, n):
+    """The Run of n steps of a disk of modes (K,), (C, K) [1/√kg] at rest; steps: of a turn."""
     h = 1.0 / (speed_hz * steps)
     all_omega = np.concatenate([omega, np.repeat(ring.omega, 2)])
     ratio = np.concatenate([np.full(len(omega), damping_ratio), np.repeat(ring.damping_ratio, 2)])
     keep, before, gain = recurrence(all_omega, ratio, h)
-    q = np.zeros(len(all_omega)) if start is None else np.concatenate(start)
-    old, K = q.copy(), len(omega)
+    K, (q, old) = len(omega), np.zeros((2, len(all_omega)))
     found = Run(*(np.zeros((n, m)) for m in (K, 2 * len(ring.n), len(angle))))
 
     def seen(step):

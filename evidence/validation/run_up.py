@@ -81,8 +81,14 @@ def forces(modes, scene):
 
 def exact(modes, scene, from_hz, rate, times):
     """Exact modal displacements (T, K) [m √kg] in a linear change of speed from rest."""
+    end = times[-1]
+    return by_table(modes, scene, [0.0, end], [from_hz, from_hz + rate * end], times)
+
+
+def by_table(modes, scene, at, hz, times):
+    """The same for a table of times and speeds."""
     each = zip(modes.omega, forces(modes, scene), strict=True)
-    moved = [passed(w, scene.damping_ratio, ORDER, f, from_hz, rate, times) for w, f in each]
+    moved = [passed(w, scene.damping_ratio, ORDER, f, at, hz, times) for w, f in each]
     return np.stack(moved, axis=1)
 
 

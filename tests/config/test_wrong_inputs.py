@@ -50,6 +50,7 @@ WRONG = [
     # choices
     ("study: wrong", "study: 'wrong' is not one of branches, checklist, contact"),
     # keys that do not fit together
+    ("disk: {inner_radius_mm: 200}", "disk.inner_radius_mm: 200.0 is not below disk.hub_radius_mm"),
     ("disk: {hub_radius_mm: 500}", "disk.hub_radius_mm: 500.0 is not below disk.tip_radius_mm"),
     ("reduction: {n_modes: 217}", "reduction.n_modes: 217 is more than the 216 fixed-interface"),
     ("speeds: {from_hz: 36}", "speeds.to_hz: 35.5 is below speeds.from_hz, 36.0: no speeds"),

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from evidence.truth import energy, ring
+from evidence.truth.disk import STEEL
 from evidence.truth.motion import Structure, make_bank, recorded, wall
-from evidence.validation.casing import STEEL
 from evidence.validation.report import fitted_order
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
@@ -23,7 +23,7 @@ from hpcrub.model.coating import ElasticCasing
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid, cut_revolution
-from tests.contact.laws.test_coating import KINDS, MILD, rubbing
+from tests.contact.laws.test_coating import KINDS, rubbing
 from tests.program import whole
 
 SPEED = 34.0
@@ -75,8 +75,6 @@ def test_the_error_of_a_motion_goes_with_the_square_of_the_step(problem, law):
 
 SCENES = {
     "planar rigid": ("planar", {}),
-    "planar elastic": ("planar", {"elastic_casing": MILD}),
-    "planar coated": KINDS["planar coated"],
     "spatial rigid": ("spatial", {}),
     "spatial both": KINDS["spatial both"],
 }

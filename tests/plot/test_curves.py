@@ -11,13 +11,10 @@ from scipy import stats
 
 from hpcrub import plot
 from hpcrub.config.schema import load_runs
-from hpcrub.contact import status
-from hpcrub.contact.status import AVERAGED, DIVERGED, FLUTTER, NOT_STEADY, PERMANENT
+from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.plot.amplifications import CURVE_SHIFT, PERCENTILE_SHIFT, ROW_SHIFT
 from hpcrub.plot.families import finished, labels, ordered, reference
-from hpcrub.plot.responses import GREY
-from hpcrub.plot.style import BLACK, BLUE
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.studies.contact import measured
 from hpcrub.studies.contact.layout import AMPLIFICATION
@@ -80,29 +77,6 @@ def test_summary_of_a_pattern(random):
         hollow = speeds[1], scale * mistuned[1]
         assert_drawn(panel, (speeds, scale * mistuned), hollow, (speeds, scale * tuned))
     assert notes(panels[0]).startswith("not usable")  # the verdict was left out
-
-
-def test_symbols_of_all_disks_are_grey_in_the_legend_and_one_for_each_reason(random):
-    """They had the colour of the disk drawn last, and a cross was another reason on each disk."""
-    file, at = contact_file(random, PHYSICS + PATTERN, (1, 1)), {"tuned": 0, "samples": 1}
-    for group, first in at.items():
-        of = "point_status", "point_reason"
-        states, reasons = (file.values[f"{group}/{name}"].reshape(3) for name in of)
-        states[:] = np.roll([DIVERGED, DIVERGED, NOT_STEADY], first)
-        reasons[:] = np.roll([PERMANENT, FLUTTER, 0], first)
-    left, _ = plot.summary(file)
-    said = status.words(PERMANENT), status.words(FLUTTER), "not steady"
-    stuck, flutter, unsteady = map(keys_of(left).get, said)
-    assert {key.get_markeredgecolor() for key in (stuck, flutter, unsteady)} == {GREY}
-    zeros = [line for line in left.get_lines() if list(line.get_ydata()) == [0.0]]
-    assert [
-        (line.get_xdata()[0], line.get_marker(), line.get_markeredgecolor()) for line in zeros
-    ] == [
-        (34.2, stuck.get_marker(), BLUE),
-        (34.4, flutter.get_marker(), BLUE),
-        (34.0, stuck.get_marker(), BLACK),
-        (34.2, flutter.get_marker(), BLACK),
-    ]
 
 
 def test_responses_of_a_family_and_their_differences(random):

@@ -18,7 +18,6 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.setup.problem import coating_of
 from tests.contact.laws.test_coating import KINDS, rubbing
-from tests.program import at_speed
 
 COATING = Coating(5e-3, 1e9, 15e6, 2e8, 1.4e-3, 0.1)
 SPEEDS = np.array([33.4, 33.9, 34.4])
@@ -84,6 +83,10 @@ def test_a_run_ends_when_nothing_has_worn_for_ten_revolutions():
         followed.see(1.0 + revolution, 0.1 * revolution)
         followed.keep(revolution, np.array([1.0 * revolution]))
     assert followed.growth == 12.0  # the last depth that is ten revolutions old or more
+    exactly = wear.Wearing(rule, None)
+    for revolution in (0, 1, 11):
+        exactly.keep(revolution, np.array([1.0 * revolution]))
+    assert exactly.growth == 10.0
     rule.verdict = Verdict(STEADY, np.ones(1), 1.0, 0.0, 0.0)
     still, moving = (Recent(np.full((2, 1), size), None, None) for size in (0.3, 2.0))
     assert followed.look(still, 9.0, over=False) is None
@@ -121,13 +124,6 @@ def test_a_run_ends_when_nothing_wears_and_moves_or_says_so():
     assert (cut.point_status == NOT_STEADY).all()
     assert (cut.wear.depth <= whole.wear.depth).all()
     assert np.array_equal(whole.wear.around.max(axis=(1, 2)), whole.wear.depth)
-
-
-def test_results_do_not_depend_on_the_speeds_beside():
-    """Half the lanes, or what is computed together, change no bit of a coating either."""
-    whole = swept(1.0)
-    for alone in (swept(1.0, lanes=(4, 8)), swept(1.0, selection=[1])):
-        np.testing.assert_equal(at_speed(alone, 1), at_speed(whole, 1))
 
 
 def test_a_history_wears_as_the_sweep_does():

@@ -244,6 +244,10 @@ def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
         fixed_disks(config)
     first = config.replace({"mistuning.samples": 1})
     np.testing.assert_array_equal(fixed_disks(first), [run_deviation(first, 0), PATTERNS[0] / 100])
+    told = Config(study="branches", mistuning={"pattern": PATTERNS[0].tolist()})
+    run = run_deviation(told, 0)  # which the blades of a pattern have on top
+    assert np.ptp(run) > 5e-5
+    np.testing.assert_allclose(fixed_disks(told), [run, PATTERNS[0] / 100 + run], atol=1e-15)
 
 
 def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, capfd):

@@ -20,9 +20,9 @@ BRIEF = """\
 disk: {model: blade.h5}
 reduction: {n_modes: 6}
 casing: {n_bumps: 4, clearance_mm: 0.02, bump_height_mm: 0.06, growth_time_s: 0.002}
-speeds: {from_hz: 400, to_hz: 405, step_hz: 5}
+speeds: {from_hz: 400, to_hz: 414, step_hz: 2}
 time: {step_s: 4e-6}
-steady_state: {first_check_s: 0.02, max_time_s: 0.04}
+steady_state: {first_check_s: 0.02, max_time_s: 0.02}
 mistuning: {half_range_percent: [4], samples: 2, checked_samples: 0, tuned_runs: 1}
 convergence: {step: 1}
 linear: {n_diameters: [1, 3]}

@@ -8,6 +8,7 @@ import shutil
 import pytest
 
 from tests.program import ROOT, TINY, computed, datasets, end_of_log, error_lines, run
+from tests.studies.test_run_up import STUDY as RUN_UP
 
 SIX = TINY.replace("samples: 2", "samples: 64").replace("[2, 4]", "[2]")
 LEVEL = TINY.replace("samples: 2", "samples: 110").replace("[2, 4]", "[4]")
@@ -19,6 +20,7 @@ STUDIES = {
     f" key: casing.clearance_mm, lowest: 0.2, highest: 1.4, probability: 0.4}}\n{LEVEL}",
     "patterns": "study: patterns\ndisk: {n_blades: 6}\npatterns: {types_percent: [3, -3],"
     f" percentile: 90, kept: 2, contact_samples: 2}}\n{SIX}",
+    "run_up": RUN_UP,
     "own_law": f'{TINY}contact: {{own_law: "spring_law.py:Spring", friction: 0}}\n',
 }
 DRIVER = """\

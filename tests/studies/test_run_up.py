@@ -25,7 +25,6 @@ from tests.program import (
     datasets,
     refusal,
     run_here,
-    run_on,
     start,
 )
 from tests.setup.test_imported import study_of
@@ -63,13 +62,6 @@ def study(tmp_path_factory):
     """Folder with an input and its result file, computed on one rank."""
     folder = tmp_path_factory.mktemp("run_up")
     return folder, computed(folder, STUDY, output="one.h5")
-
-
-@pytest.mark.mpi
-def test_same_bits_on_any_number_of_ranks(study):
-    folder, path = study
-    run_on(3, "study.yaml", "--output", "3.h5", folder=folder)
-    assert datasets(folder / "3.h5") == datasets(path)
 
 
 def test_parts_are_merged_to_the_bits_of_the_whole(study, capsys):

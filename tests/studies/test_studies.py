@@ -22,7 +22,6 @@ from hpcrub.response.steady import localisation
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import STUDIES, branches, open_result, time_response
-from tests.plot.stored import File
 from tests.program import ROOT, TINY, swept, whole
 
 
@@ -217,20 +216,6 @@ def test_a_history_without_a_result_says_so(folder, capfd, failing, words):
     assert np.isnan(file.read("spectrum_m")).all()
     assert np.isnan(file.read("amplitude_m")).all()
     assert (folder / "interaction_map.png").exists()
-
-
-def test_the_branches_that_are_listed_are_as_many_as_are_counted():
-    """Of eight motions at one speed six are described, and two are said to be left."""
-    amplitude = 0.01 * 1.2 ** np.arange(8)[:, None, None] * np.ones((8, 1, 60))
-    file = File(
-        "study: branches\nbranches: {perturbed: 5}", speeds_hz=np.array([34.0]),
-        window_amplitude_m=amplitude, window_localisation=np.full((8, 1, 60), 0.1),
-        point_status=np.full((8, 1), STEADY), point_reason=np.zeros((8, 1), np.uint8),
-    )  # fmt: skip
-    lines = list(branches.STUDY.report(file))
-    assert "8 branches" in lines[0]
-    assert len([line for line in lines if line.startswith("branch ")]) == branches.LISTED
-    assert lines[-1] == "branches 7 to 8: 2 points in all"
 
 
 def test_branches(folder, monkeypatch):

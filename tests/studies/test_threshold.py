@@ -19,7 +19,7 @@ from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
 from hpcrub.studies.threshold import at_value, n_to_tell, values_of
 from tests.program import TINY, computed, datasets, load, refusal, run_here
-from tests.studies.common import largest_amplitudes, lines_of_progress, refused_study
+from tests.studies.common import largest_amplitudes, refused_study
 
 N = 60
 STUDY = (
@@ -88,20 +88,6 @@ def test_a_stop_changes_no_bit(brute):
         file["n_disks"][:] = 0
     assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=folder) == 0
     assert datasets(folder / "two.h5") == first
-
-
-def test_the_time_left_is_told_for_as_many_disks_as_a_search_takes(brute, capsys):
-    """It was told for all disks at all values, "at most hours", where minutes were left."""
-    folder, *_ = brute
-    shutil.copy(folder / "one.h5", folder / "stopped.h5")
-    with h5py.File(folder / "stopped.h5", "r+") as file:
-        n = file["n_disks"][()].sum()
-        file["status"][0, :5] = 0
-    told = lines_of_progress(folder, capsys, "--output", "stopped.h5", "--resume")
-    assert len(told) == 5
-    for line in told:
-        expected = int(re.search(r" of about (\d+) \(at most 300\), about .* left", line)[1])
-        assert 0.5 < expected / n < 2.0
 
 
 def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):

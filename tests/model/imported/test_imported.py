@@ -215,7 +215,11 @@ def test_units_of_the_file_do_not_matter(sector, disk):
     arrays["K/data"] = arrays["K/data"] / 1e9  # t/ms2 is 1e9 N/m
     arrays["K_blade/data"] = arrays["K_blade/data"] / 1e9
     arrays["M/data"] = arrays["M/data"] / 1e3
+    for part in ("data", "indices", "indptr"):
+        arrays[f"K0/{part}"] = arrays.pop(f"K/{part}")
+        arrays[f"K1/{part}"] = arrays[f"M/{part}"]
     model = neutral.from_arrays(arrays)
+    assert abs(model.stiffness[1] - sector.mass).max() < 1e-12 * sector.mass.max()
     assert checks.check(model).mass == pytest.approx(checks.check(sector).mass, rel=1e-12)
     f = cyclic.sector_frequencies(model, 1, 2)
     np.testing.assert_allclose(f, cyclic.sector_frequencies(sector, 1, 2), rtol=1e-10)

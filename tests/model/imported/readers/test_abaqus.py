@@ -16,17 +16,12 @@ from hpcrub.model.imported.readers import abaqus, deck
 from hpcrub.model.imported.readers.nodal import cylindrical
 from hpcrub.model.imported.readers.rows import Lists
 from tests.model.imported.readers.test_own_directions import in_own
-from tests.model.imported.readers.test_readers import command, same_model
+from tests.model.imported.readers.test_readers import command, first_family, same_model
 
 ARRAYS, MESH = sector_arrays(), sector(SMALL)
 LISTS = Lists("TIP", "LOW", "HIGH", SMALL.n_sectors)
 OPTIONS = ("--units", "mm t s", "--contact", "TIP", "--low", "LOW", "--high", "HIGH",
            "--sectors", SMALL.n_sectors)  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def exact():
-    return neutral.from_arrays(sector_arrays())
 
 
 def write_matrix(name, matrix, without=()):
@@ -53,10 +48,6 @@ def write_job(name, axes=None, step=1, supports=True, scale=1.0, blade=False):
 def read(**options):
     arrays = abaqus.read("disk.inp", LISTS, **options)
     return neutral.from_arrays(arrays | {"units": np.array("mm t s")})
-
-
-def first_family(model):
-    return cyclic.frequencies_by_diameter(model, 0.0)[:, 0]
 
 
 @pytest.fixture

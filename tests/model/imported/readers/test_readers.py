@@ -13,10 +13,7 @@ from scipy.linalg import eigh
 
 from evidence import calculix as ccx
 from evidence.truth.hexahedra import (
-    DENSITY,
-    POISSON,
     SMALL,
-    YOUNG,
     matrix_of,
     sector,
     sector_arrays,
@@ -32,11 +29,6 @@ from hpcrub.results import model_file
 from tests.model.test_reduction import seen_from
 
 LISTS = Lists("TIP", "LOW", "HIGH", SMALL.n_sectors, "BORE")
-
-
-@pytest.fixture(scope="module")
-def exact():
-    return neutral.from_arrays(sector_arrays())
 
 
 def same_model(arrays, exact, units="m kg s"):
@@ -56,6 +48,11 @@ def same_model(arrays, exact, units="m kg s"):
     f = (cyclic.sector_frequencies(m, 2, 3) for m in (model, exact))
     np.testing.assert_allclose(next(f), next(f), rtol=1e-8)
     return model
+
+
+def first_family(model):
+    """First natural frequencies by the number of diameters, at rest [Hz]."""
+    return cyclic.frequencies_by_diameter(model, 0.0)[:, 0]
 
 
 def write_calculix(folder, name, matrices, dof, mesh, blade=False):
@@ -257,38 +254,6 @@ def test_held_rows_of_a_large_model_take_memory_in_proportion():
     tracemalloc.stop()
     assert (dof[rows] == held).all()
     assert peak < 100 * dof.nbytes
-
-
-def test_nastran(tmp_path, exact):
-    """Six rows for every grid point, of which solid elements leave three without stiffness."""
-    pytest.importorskip("pyNastran")
-    from pyNastran.op4.op4 import OP4
-
-    from hpcrub.model.imported.readers import nastran
-
-    arrays, mesh = sector_arrays(), sector(SMALL)
-    n = len(mesh.nodes)
-    node, direction = arrays["dof"].T
-    rows = 6 * node + direction - 1
-
-    def padded(name):
-        entries = sp.coo_array(matrix_of(arrays, name))
-        place = (rows[entries.row], rows[entries.col])
-        return sp.coo_array((entries.data, place), shape=(6 * n, 6 * n)).toarray()
-
-    for file, names in (("disk", {"KGG": "K", "MGG": "M"}), ("blade", {"KGG": "K_blade"})):
-        matrices = {key: (6, padded(name)) for key, name in names.items()}
-        OP4(debug=None).write_op4(str(tmp_path / f"{file}.op4"), matrices, is_binary=False)
-    cards = ["BEGIN BULK"]
-    cards += [f"GRID,{k},,{x:.9f},{y:.9f},{z:.9f}" for k, (x, y, z) in enumerate(exact.nodes, 1)]
-    cards += [f"MAT1,1,{YOUNG:.5g},,{POISSON},{DENSITY}", "PSOLID,1,1", "ENDDATA"]
-    (tmp_path / "mesh.bdf").write_text("\n".join(["SOL 103", "CEND", *cards]))
-    for name, nodes in mesh.sets.items():
-        np.savetxt(tmp_path / f"{name}.csv", nodes + 1, "%d")
-    lists = Lists(*(str(tmp_path / f"{k}.csv") for k in ("tip", "low", "high")), SMALL.n_sectors,
-                  str(tmp_path / "bore.csv"))  # fmt: skip
-    read = nastran.read(tmp_path / "disk.op4", tmp_path / "mesh.bdf", lists, tmp_path / "blade.op4")
-    same_model(read, exact)
 
 
 def test_matrices_of_old_and_new_versions_of_pynastran(tmp_path, monkeypatch):

@@ -89,16 +89,6 @@ def test_spoilt_matrix_market_folders_are_refused(tmp_path, capsys, name, spoil,
     one_line(capsys, words)
 
 
-def test_exponents_of_fortran(tmp_path):
-    """1.2D-02 is 0.012; SciPy's reader stops at the D."""
-    path = tmp_path / "A.mtx"
-    path.write_text(
-        "%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 1.2D-02\n2 1 3d0\n"
-    )
-    found = matrix_market.matrix(path, 2).toarray()
-    np.testing.assert_array_equal(found, [[0.012, 3.0], [3.0, 0.0]])
-
-
 @pytest.mark.parametrize("symmetry", ["general", "symmetric"])
 @pytest.mark.parametrize("sparse", [True, False])
 def test_matrices_are_those_of_scipys_writer(tmp_path, symmetry, sparse):

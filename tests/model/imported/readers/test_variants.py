@@ -11,17 +11,17 @@ import scipy.sparse as sp
 
 from evidence.truth.hexahedra import SMALL, matrix_of, sector_arrays
 from hpcrub.errors import InputError
-from hpcrub.model.imported import assembly, checks, cyclic, frames, neutral
+from hpcrub.model.imported import assembly, checks, frames, neutral
 from hpcrub.model.imported.arrays import symmetric
-from hpcrub.model.imported.readers import matrix_market, text
-from tests.model.imported.readers.test_readers import command, same_model, write_matrix_market
+from hpcrub.model.imported.readers import matrix_market
+from tests.model.imported.readers.test_readers import (
+    command,
+    first_family,
+    same_model,
+    write_matrix_market,
+)
 
 SIDES = "--sectors", SMALL.n_sectors, "--units", "m kg s"
-
-
-@pytest.fixture(scope="module")
-def exact():
-    return neutral.from_arrays(sector_arrays())
 
 
 @pytest.fixture
@@ -32,10 +32,6 @@ def written(folder):
 
 def read():
     return matrix_market.read(".", SMALL.n_sectors)
-
-
-def first_family(model):
-    return cyclic.frequencies_by_diameter(model, 0.0)[:, 0]
 
 
 def huge_supports():
@@ -223,8 +219,3 @@ def test_other_harwell_boeing_files_are_refused(folder, change, words):
     Path("K.hb").write_text(change(harwell_boeing(sp.csr_array(np.eye(9)), "RSA", "E")))
     with pytest.raises(InputError, match=words):
         matrix_market.matrix(Path("K.hb"), 9)
-
-
-def test_decimal_commas_need_semicolons(folder):
-    Path("t.csv").write_text("n;x\n1;2,5D-1\n2;-3,0\n")
-    np.testing.assert_array_equal(text.table("t.csv"), [[1, 0.25], [2, -3]])
