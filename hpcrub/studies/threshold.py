@@ -100,9 +100,10 @@ class Threshold(Trials):
             except InputError as error:
                 yield f"threshold.key: {value:g}: {error}"
                 return
-        for line in keys_without_effect(at_value(config, config.threshold.highest)):
-            if line.startswith(f"{key}:"):
-                yield f"threshold.key: {line}"
+        ends = (at_value(config, float(end)) for end in values_of(config)[[0, -1]])
+        of_ends = (keys_without_effect(end) for end in ends)  # a default is no key that is given
+        lines = [line for end in of_ends for line in end if line.startswith(f"{key}:")]
+        yield from (f"threshold.key: {line}" for line in lines[-1:])
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings at both ends of the range; the lower end's where they differ in numbers only.

@@ -288,6 +288,11 @@ def test_a_table_from_a_file_is_kept_in_the_result(tmp_path):
         np.testing.assert_allclose(file.read("hz_per_s"), [10.0])
 
 
+def test_a_run_says_how_many_run_ups_it_computes():
+    config = Config.from_yaml(STUDY).replace({"run_up.repeats": 3})
+    assert "levels x samples x runs x repeats = 2 x 2 x 2 x 3" in run_of(config).amount()
+
+
 def test_a_checklist_of_run_ups_leaves_out_what_is_of_steady_motions():
     plain = STUDY.replace(RUNS.splitlines()[-1] + "\n", "").replace("run_up\n", "checklist\n", 1)
     config = Config.from_yaml(plain)

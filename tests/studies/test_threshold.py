@@ -40,11 +40,23 @@ REFUSED = {
     "threshold.key=casing.n_bumps": "casing.n_bumps",
     "threshold.key=mistuning.tuned_runs": "mistuning.tuned_runs changes no disk",
     "casing.clearance_hz_mm=[[30, 0.3], [40, 0.2]]": "it cannot be combined with casing.clear",
+    "casing.clearance_s_mm=[[0, 0.3], [9, 0.2]]": "it cannot be combined with casing.clearance_s",
     "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 512",
     "threshold.probability=0.05": "60 disks cannot show .* threshold.probability 0.05.* 104",
     "threshold.key=casing.clearance_hz_mm[0][1]": "the input gives 0 elements there",
     "threshold.key=speeds": "threshold.key: 0.2: speeds",
 }
+
+
+@pytest.mark.parametrize("end", ["lowest", "highest"])
+def test_a_key_without_effect_is_refused_also_where_an_end_is_its_default(end):
+    other = {"lowest": "highest: 1.4", "highest": "lowest: 0.1"}[end]
+    text = f"{{key: casing.clearance_mm, {other}, {end}: 0.25}}"
+    beside = "clearance_s_mm: [[0, 0.3], [9, 0.2]]"
+    config = Config.from_yaml(f"limits: {{amplitude_mm: 9}}\nstudy: threshold\nthreshold: {text}\n"
+                              f"casing: {{{beside}}}")  # fmt: skip
+    (line,) = THRESHOLD.problems(config)
+    assert "has no effect: it cannot be combined with casing.clearance_s_mm" in line
 
 
 @pytest.fixture(scope="module")
