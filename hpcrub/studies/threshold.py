@@ -29,7 +29,6 @@ from hpcrub.statistics.rare import Goal, n_needed
 from hpcrub.statistics.threshold import (
     ABOVE,
     BELOW,
-    COARSE,
     FIRST_DISKS,
     UNKNOWN,
     Search,
@@ -44,7 +43,6 @@ NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
     *(f"mistuning.{name}" for name in ("seed", "samples", "tuned_runs", "checked_samples")),
 )
-TRIED_AGAIN = 1.5  # of the disks that one value needs, about: some are tried that fail
 NUMBERS_IN_TEXT = re.compile(r"\d[\d., ]*(e[-+]?\d+)?")  # in a warning
 _V = ("value",)
 LAYOUT = (
@@ -131,12 +129,11 @@ class Threshold(Trials):
         )
 
     def cost(self, config: Config) -> Cost:
-        """Cost of a disk at all values, some at a few, and what the crossing needs."""
-        n_values, most = len(values_of(config)), config.mistuning.samples
-        n_first = min(COARSE + 2 + np.log2(n_values), n_values)
-        needed = min(needed_below(config.threshold.probability, 0), most)
-        disks = round(n_values + n_first * min(FIRST_DISKS, most) + TRIED_AGAIN * needed)
-        disks = min(disks, n_values * most)
+        """Cost of the disks that a search is expected to compute from its begin."""
+        shape = len(values_of(config)), config.mistuning.samples
+        nothing = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
+        search = Search.followed(*nothing, config.threshold.probability)
+        disks = round(float(search.still_expected().sum()))
         return Cost(disks, disks=disks)
 
     def tried(self, config: Config) -> list[Config]:
@@ -158,8 +155,9 @@ class Threshold(Trials):
         # the first disks lie over the whole range, unlike all others
         is_far = search.n_done.max() < 2 * FIRST_DISKS
         phase = f"{self.unit} {'over the range' if is_far else 'near the crossing'}"
-        expected = max(search.n_expected(), self.cost(config).disks)
-        return Round(tasks, results(config, search), expected, phase)
+        ahead = search.still_expected()
+        expected = round(float(search.n_done.sum() + ahead.sum()))
+        return Round(tasks, results(config, search), expected, phase, ahead=ahead)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -10,15 +11,18 @@ import pytest
 
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
+from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import duration
+from hpcrub.ranks.runlog import Work
 from hpcrub.results.verdict import SINGLE, USELESS
-from hpcrub.runs import cost
+from hpcrub.runs import cost, job
 from hpcrub.statistics.percentiles import probability_interval
-from hpcrub.studies import open_result
+from hpcrub.statistics.threshold import Search
+from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
 from hpcrub.studies.threshold import at_value, n_to_tell, values_of
-from tests.program import TINY, computed, datasets, load, refusal, run_here
+from tests.program import TINY, computed, datasets, refusal, run_here
 from tests.studies.common import largest_amplitudes, lines_of_progress, refused_study
 
 N = 60
@@ -116,15 +120,48 @@ def test_the_time_left_is_told_for_as_many_disks_as_a_search_takes(brute, capsys
         assert 0.5 < expected / n < 2.0
 
 
+@pytest.mark.parametrize("grows", [True, False])
+def test_the_time_left_holds_where_disks_take_longer_at_some_values(grows, monkeypatch):
+    """Of a search whose disks take 1 to 10 s over the range, by a clock of its own; six times.
+
+    At the mean rate of all disks it had told 21 times too much at the end of inputs/threshold.yaml.
+    """
+    clock, values, said = [0.0], np.linspace(0.0, 1.0, 33), []
+    monkeypatch.setattr(job.time, "monotonic", lambda: clock[0])
+    for seed in range(6):
+        scatter = 0.1 * np.random.default_rng(seed).normal(size=400)
+        severity = np.exp(3.0 * (0.4 - values)[:, None] + scatter)
+        search = Search(severity, np.zeros(33, dtype=int), 0.05)
+        told, began = [], clock[0]
+        shown = SimpleNamespace(began=began, part=lambda *part: None)
+        search_job = job.Job(run_of(Config()), Team(), None, None, shown)
+        while looks := search.next_looks():
+            search_job.ahead = search.still_expected()
+            for value, n in looks:
+                for disk in range(search.n_done[value], n):
+                    seconds = 10.0 ** (values[value] if grows else 1.0 - values[value])
+                    clock[0] += seconds
+                    search_job.work += Work(1, 0, seconds)
+                    left = search_job._seconds_left([(value, disk)], seconds)
+                    told.append((clock[0] - began, clock[0] - began + left))
+            for value, n in looks:
+                search.n_done[value] = n
+        elapsed, total = np.array(told).T / told[-1][0]
+        said.append([end(total[elapsed > 0.1]) for end in (min, max)])
+    least, most = np.median(said, axis=0)
+    assert 1 / 1.5 < least <= most < 1.5
+
+
 def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):
     """`--status`, `inspect` and a dry run that resumes counted of all disks at all values."""
     folder, *_ = brute
-    expected = THRESHOLD.cost(load(folder / "study.yaml")).disks
     shutil.copy(folder / "one.h5", folder / "begun.h5")
     with h5py.File(folder / "begun.h5", "r+") as file:
         file["status"][:, 10:] = 0
         file["n_disks"][:] = 0
         n = np.count_nonzero(file["status"])
+    with open_result(folder / "begun.h5") as begun:
+        expected = THRESHOLD.next_round(begun).expected
     options = "study.yaml", "--output", "begun.h5"
     assert run_here(*options, "--status", folder=folder) == 75
     assert inspect.main([str(folder / "begun.h5")]) == 0
