@@ -280,15 +280,21 @@ def search_of(file: ResultFile) -> Search:
     return Search(severities(file), file.read("n_disks"), file.config.threshold.probability)
 
 
+def ends_of_crossing(file: ResultFile) -> tuple[float, float]:
+    """The value that meets the limit, and the next one that does not; NaN: there is none."""
+    low, high = map(float, file.read("crossing"))
+    falls = np.isfinite(low) and file.read("side")[file.read("value") == low][0] == ABOVE
+    return (high, low) if falls else (low, high)
+
+
 def crossing_in_words(file: ResultFile) -> str:
     """The value that meets the limit, in words."""
-    asked, (low, high) = file.config.threshold, file.read("crossing")
+    asked, (safe, other) = file.config.threshold, ends_of_crossing(file)
     value, side = file.read("value"), file.read("side")
     name, unit = name_and_unit(Config, asked.key or "")
     does = f"the probability of exceeding {limits_in_words(file.config)}"
     target = f"{percent(asked.probability)} %"
-    if np.isfinite(low):
-        safe, other = (high, low) if side[value == low][0] > 0 else (low, high)
+    if np.isfinite(safe):
         return (
             f"{name} of {safe:g}{unit} ({asked.key}) keeps {does} below {target}, with 99 % "
             f"confidence; {other:g}{unit} does not"

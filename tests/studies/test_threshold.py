@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from hpcrub import plot
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.ranks.parallel import Team
@@ -104,6 +105,25 @@ def test_a_stop_changes_no_bit(brute):
         file["n_disks"][:] = 0
     assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=folder) == 0
     assert datasets(folder / "two.h5") == first
+
+
+def test_the_figure_tells_where_the_asked_probability_is_met(brute):
+    """Each value, coloured by whether it is met for certain, its share of disks, and the answer."""
+    folder, values, peaks, limit = brute[0], Config.from_yaml(STUDY).threshold.values, *brute[1:]
+    with open_result(folder / "one.h5") as file:
+        chance, _ = plot.threshold(file)
+        n, sides = file.read("n_disks"), file.read("side")
+    drawn = {}
+    for bars in chance.containers:
+        drawn |= {float(x): (y, bars.get_label()) for x, y in zip(*bars[0].get_data(), strict=True)}
+    foot, words = chance.get_ylim()[0], {-1: "met", 0: "not certain", 1: "not met"}
+    for value, row, disks, side in zip(values, peaks, n, sides, strict=True):
+        share, label = drawn.pop(float(value))
+        assert share == pytest.approx(max((row[:disks] > limit).mean(), foot))
+        assert label == words[side]
+    assert not drawn
+    safe = values[sides == -1].min()
+    assert [text.get_text() for text in chance.texts] == [f"answer: {safe:g} mm"]
 
 
 def test_the_time_left_is_told_for_as_many_disks_as_a_search_takes(brute, capsys):
