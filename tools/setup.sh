@@ -110,7 +110,8 @@ build_h5py() {  # $1: folder for the wheel
     config=$(mktemp)
     source=$(mktemp -d)
     printf '[build_ext]\nparallel = 4\n' >"$config"
-    export HDF5_MPI=ON CC="$MPICC" H5PY_SETUP_REQUIRES=0 CFLAGS="-O1 -g0" DIST_EXTRA_CONFIG="$config"
+    # -O0 halves the time of the compiler; a write takes 30 us longer than with -O1, of about 100
+    export HDF5_MPI=ON CC="$MPICC" H5PY_SETUP_REQUIRES=0 CFLAGS="-O0 -g0" DIST_EXTRA_CONFIG="$config"
     if [ -n "$HDF5_DIR" ]; then
         export HDF5_DIR
     else
