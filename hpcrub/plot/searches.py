@@ -19,7 +19,7 @@ from hpcrub.studies.rare import last_estimate, probability_in_words
 from hpcrub.studies.threshold import crossing_in_words, ends_of_crossing, search_of
 
 FOOT = 1e-4  # least probability at the foot of the figure of a threshold
-SIDES = {ABOVE: ("not met", ORANGE), UNKNOWN: ("not certain", "0.55"), BELOW: ("met", GREEN)}
+SIDES = {ABOVE: ("not met", ORANGE), UNKNOWN: ("not known", "0.55"), BELOW: ("met", GREEN)}
 
 
 @figure("threshold", what="probability of exceeding a limit over a key", main=True)
@@ -27,7 +27,7 @@ def threshold(canvas: Canvas, file: ResultFile) -> None:
     """Probability of exceeding the limit at the values looked at, and the amplitudes there.
 
     Bars are 95 % intervals. Green: the asked probability is met, with 99 % confidence; orange: it
-    is not; grey: neither is certain. The line is the answer, and the band is where the probability
+    is not; grey: neither is known. The line is the answer, and the band is where the probability
     crosses the asked one. Values with a single disk are not drawn at the left.
     """
     chance, size = canvas.panels(1, 2, (13.0, 5.2))[0]

@@ -116,7 +116,7 @@ def test_the_figure_tells_where_the_asked_probability_is_met(brute):
     drawn = {}
     for bars in chance.containers:
         drawn |= {float(x): (y, bars.get_label()) for x, y in zip(*bars[0].get_data(), strict=True)}
-    foot, words = chance.get_ylim()[0], {-1: "met", 0: "not certain", 1: "not met"}
+    foot, words = chance.get_ylim()[0], {-1: "met", 0: "not known", 1: "not met"}
     for value, row, disks, side in zip(values, peaks, n, sides, strict=True):
         share, label = drawn.pop(float(value))
         assert share == pytest.approx(max((row[:disks] > limit).mean(), foot))
