@@ -123,9 +123,9 @@ class Threshold(Trials):
     def needs(self, config: Config) -> str:
         """Number of values, and of disks that the search is expected to need, in words."""
         n_values, disks = len(values_of(config)), self.cost(config).disks
-        return (  # where the probability is flat it is more
-            f"for {n_values} values of {config.threshold.key}, together about {disks:,} disks, "
-            "give or take a factor of two"
+        return (
+            f"for {n_values} values of {config.threshold.key}, together about {disks:,} disks, up "
+            "to three times as many where the probability hardly changes from value to value"
         )
 
     def cost(self, config: Config) -> Cost:
