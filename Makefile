@@ -1,4 +1,4 @@
-# Targets for people. `make run` and `make test` set up what is missing first.
+# Targets for people. They set up what is missing first; a run needs less than the tests.
 
 PYTHON ?= python3
 APT ?= yes
@@ -10,6 +10,8 @@ SCALE ?= 0.01
 SECTIONS ?=
 
 STAMP = .venv/set-up
+DEVELOP = .venv/set-up-dev
+SETUP = PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
 VENV_PYTHON = .venv/bin/python
 
 # For mpirun on one's own machine: as root, with more ranks than cores, one thread per rank.
@@ -31,20 +33,23 @@ unexport PYTHONDONTWRITEBYTECODE
 help:  ## this list
 	@sed -nE 's/^([a-z0-9-]+):.*## +(.*)/make \1\t\2/p' Makefile | expand -t 18
 
-setup:  ## set up .venv (PYTHON=... APT=no HDF5_DIR=...)
-	@PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
+setup:  ## set up .venv, with what tests and tables need, too (PYTHON=... APT=no HDF5_DIR=...)
+	@EXTRAS=mpi,dev $(SETUP)
 
 $(STAMP): pyproject.toml tools/setup.sh
-	@PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
+	@$(SETUP)
+
+$(DEVELOP): pyproject.toml tools/setup.sh
+	@EXTRAS=mpi,dev $(SETUP)
 
 run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwrite)
 	mpirun -n $(RANKS) $(VENV_PYTHON) main.py "$(INPUT)" \
 	    $(if $(findstring --overwrite,$(ARGS)),,--resume) $(ARGS)
 
-test: $(STAMP)  ## run all tests, as many at once as there are cores (ARGS="-k config", ARGS="-n 0")
+test: $(DEVELOP)  ## run all tests, as many at once as there are cores (ARGS="-k config", ARGS="-n 0")
 	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal $(ARGS)
 
-test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 4 min)
+test-slurm: $(DEVELOP)  ## run the job scripts on a Slurm of this machine (root; 4 min)
 	@command -v slurmctld >/dev/null || { apt-get update -q; apt-get install -q -y --no-install-recommends slurm-wlm munge; }
 	@$(VENV_PYTHON) -m pytest tests/slurm $(ARGS)
 
@@ -60,7 +65,7 @@ staying: $(STAMP)  ## follow motions on that are called steady, write docs/stayi
 test-faults: $(STAMP)  ## break disks, files and processes on purpose, write docs/faults.md (20 to 40 min)
 	@$(VENV_PYTHON) -m evidence.faults $(ARGS)
 
-lint: $(STAMP)  ## check style, docstrings and types
+lint: $(DEVELOP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff check .
 	@$(VENV_PYTHON) -m ruff format --check .
 	@$(VENV_PYTHON) -m mypy
@@ -94,7 +99,7 @@ links: .venv/set-up-docs  ## try every link of the documents to other sites (nee
 	    -D suppress_warnings=myst-nb.lexer docs build/links
 
 .venv/set-up-docs: $(STAMP)
-	@$(VENV_PYTHON) -m pip install -q --disable-pip-version-check --no-build-isolation --editable '.[docs]'
+	@$(VENV_PYTHON) -m pip install -q --disable-pip-version-check --no-build-isolation --editable '.[docs,tables]'
 	@touch $@
 
 clean:  ## remove what can be made again (not .venv, not results)

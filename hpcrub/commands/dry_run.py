@@ -100,6 +100,9 @@ def _try(run: Any, problem: Problem) -> float:
             counts = status.count(tried.result.point_reason)
             for line in status.lines(counts, len(tried.result.point_reason)):
                 say(f"tried, one disk:      {line}")
+        if tried.seconds_of_runs:
+            runs = progress.duration(tried.seconds_of_runs)
+            say(f"measured:             {runs} for all run-ups of a disk")
         seconds.append(tried.seconds(study.cost(here), here))
     if not touch:
         say("contact:              none, the bumps do not reach the blades")

@@ -17,6 +17,7 @@ from rich.table import Table
 from hpcrub import __version__, effects
 from hpcrub.commands.plot import of_study
 from hpcrub.config import yaml_text
+from hpcrub.config.run_up import runs_up
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted, key_table, lines_of, set_key, show
 from hpcrub.config.types import without_suffix
@@ -143,7 +144,7 @@ def _omitted_effects(config: Config) -> Iterator[Any]:
     yield from filter(None, omitted)
     yield from lines_of(
         (contact.law == "rigid", "The casing is hard: it neither gives nor wears (contact.law)."),
-        (config.casing.clearance_hz_mm is None,
+        (config.casing.running is None and config.casing.over_time is None,
          "The clearance is the same at all speeds (casing.clearance_hz_mm)."),
         (limits.stress_mpa is None, "No stress is looked at (limits.stress_mpa)."),
         (limits.stress_mpa is not None and limits.strength_mpa is None,
@@ -151,13 +152,13 @@ def _omitted_effects(config: Config) -> Iterator[Any]:
         (config.disk.model is None,
          "Blades are plane beams: no torsion, no motion along the axis, no stiffening by "
          "rotation."),
-        (True, "Displacements are small: a blade that bends does not get shorter."),
-        (True,
+        (not contact.bends, "Displacements are small: a blade that bends does not get shorter."),
+        (not contact.bends,
          f"Contact forces are radial: the casing's slope, up to {slope:.2g} beside a friction of "
          f"{contact.friction:g}, does not tilt them."),
         (True, "The hub is held: shaft, bearings and whirl are left out."),
-        (True, "Every speed begins at rest: the time of a run-up, heat and growth in time are not "
-         "followed."),
+        (not runs_up(config), "Every speed begins at rest: no run-up is followed."),
+        (True, "Heat, and growth in time by it, are not followed."),
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from hpcrub.errors import Interrupted
 from hpcrub.ranks import progress
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import kept
 from hpcrub.runs.study import Run, Study
 from hpcrub.studies import open_result
 
@@ -35,7 +36,7 @@ def status(runs: Sequence[Run]) -> int:
             if not enough and study.is_enough(file):
                 enough, text = True, f"{text}, converged"
             elif not enough:
-                text += _left(study, file, n_done)
+                text += _left(study, file, n_done) + _kept(config.output)
         progress.say(text)
         complete = complete and enough
     return 0 if complete else Interrupted.exit_code
@@ -56,6 +57,14 @@ def _left(study: Study, file: ResultFile, n_done: int) -> str:
         return ""
     ranks = counted(runs[-1]["ranks"], "rank")
     return f", about {progress.duration(n_left * seconds / n_now)} left on {ranks}"
+
+
+def _kept(output: str) -> str:
+    """How many tasks go on from their own state, in words; "" if none does."""
+    if not (states := kept.states_of(output)):
+        return ""
+    where = f"{without_suffix(output)}.task-*.npz"
+    return f"; the state of {counted(len(states), 'run')} in progress is in {where}"
 
 
 def log_lines(output: str | Path) -> Iterator[dict[str, Any]]:

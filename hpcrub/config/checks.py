@@ -48,8 +48,10 @@ GOES_WITH = {
 USELESS_WITHOUT = {
     "study: energy or run_up": ("sources",),
     "study: rare": ("limits.probability_error", "limits.probability_below"),
+    "study: contact or run_up or threshold or rare": ("limits.amplitude_mm",),
+    "study: contact": ("convergence.stop_when_converged",),
     "limits.stress_mpa": ("limits.stress_mpa_per_mm",),
-    "no casing.clearance_hz_mm": ("casing.clearance_mm",),
+    "no casing.clearance_hz_mm or casing.clearance_s_mm": ("casing.clearance_mm",),
     "study: run_up or threshold or rare or checklist": ("run_up",),
     "casing.profile_csv or casing.profile_mm": ("casing.smoothing_mm",),
     "no material.damping_ratios": ("material.damping_ratio",),
@@ -72,9 +74,7 @@ def problems(config: Any) -> Iterator[str]:
     yield from _ring_problems(config.casing)
     if config.disk.is_resolved:
         yield from aero.problems(config.aero, config.disk.n_blades)
-    yield from _contact_problems(config)
-    yield from _run_problems(config)
-    yield from _pattern_problems(config)
+    yield from (*_contact_problems(config), *_run_problems(config), *_pattern_problems(config))
     yield from (*_part_problems(config), *run_up.problems(config))
 
 
@@ -140,11 +140,12 @@ def _missing(config: Any, other: Any) -> str:
     """What an input lacks of the first part of a row in a table above, in words; "" for nothing."""
     names, _, values = other.partition(": ")
     keys = names.removeprefix("no ").split(" or ")
-    given = [value for key in keys if (value := attrgetter(key)(config))]
+    given = [key for key in keys if attrgetter(key)(config)]
     if values:
-        return "" if given[0] in values.split(" or ") else f"goes with {other}, not {given[0]}"
+        value = attrgetter(names)(config)
+        return "" if value in values.split(" or ") else f"goes with {other}, not {value}"
     if names.startswith("no "):
-        return f"cannot be combined with {keys[0]}; leave one out" if given else ""
+        return f"cannot be combined with {given[0]}; leave one out" if given else ""
     return "" if given else f"goes with {names}, which is not given"
 
 
@@ -206,7 +207,8 @@ def _clearance_problems(c: Any) -> Iterator[str]:
                 f"casing.clearance_hz_mm: {clearance:g} mm at {speed:g} Hz; a clearance from 0 up "
                 "to 10,000 mm is allowed"
             )
-    if c.casing.is_resolved and _can_be_listed(c.speeds) and c.clearance < 0.0:
+    is_known = c.casing.is_resolved and _can_be_listed(c.speeds)
+    if is_known and c.clearance < 0.0:
         yield (
             f"casing.clearance_offset_mm: {c.casing.clearance_offset_mm:g} leaves less than no "
             f"clearance, {1e3 * c.clearance:g} mm"
@@ -218,13 +220,11 @@ def _clearance_problems(c: Any) -> Iterator[str]:
             f"casing.blade_clearance_mm: {len(blades)} values given for the "
             f"{counted(c.disk.n_blades, 'blade')} of the disk"
         )
-    if c.casing.is_resolved and _can_be_listed(c.speeds):
-        least = 1e3 * c.clearance
-        if min(blades) + least < 0.0:
-            yield (
-                f"casing.blade_clearance_mm: {min(blades)} with {least:g} mm of the casing leaves "
-                "less than no clearance"
-            )
+    if is_known and min(blades) + (least := 1e3 * c.clearance) < 0.0:
+        yield (
+            f"casing.blade_clearance_mm: {min(blades)} with {least:g} mm of the casing leaves "
+            "less than no clearance"
+        )
 
 
 def _can_be_listed(speeds: Any) -> Any:

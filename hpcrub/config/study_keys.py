@@ -62,7 +62,7 @@ class Threshold(Section):
 
     key: str | None = None
     """key of the input whose value is searched for, such as casing.clearance_mm,
-    casing.clearance_offset_mm where the clearance depends on the speed, or
+    casing.clearance_offset_mm where the clearance depends on speed or time, or
     casing.harmonics[0].amplitude_mm, an element of a list counted from 0"""
     lowest: Number = 0.0
     """lowest value, in the unit of the key"""

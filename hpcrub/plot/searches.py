@@ -4,57 +4,71 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.config.schema import Config
-from hpcrub.config.text import name_and_unit
+from hpcrub.config.text import name_and_unit, percent
 from hpcrub.plot.amplifications import Look, draw_curves, explain
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, DOTTED, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 from hpcrub.statistics.rare import extrapolated
+from hpcrub.statistics.threshold import ABOVE, BELOW, UNKNOWN
 from hpcrub.studies.checklist import CHANGES, LEAST_CHANGE, moved
-from hpcrub.studies.contact.limits import severities
+from hpcrub.studies.contact.limits import limits_in_words, severities
 from hpcrub.studies.patterns import Rounds, in_letters
 from hpcrub.studies.rare import last_estimate, probability_in_words
-from hpcrub.studies.threshold import crossing_in_words, search_of
+from hpcrub.studies.threshold import crossing_in_words, ends_of_crossing, search_of
 
-FOOT = 1e-4  # probability at the foot of the figure of a threshold
+FOOT = 1e-4  # least probability at the foot of the figure of a threshold
+SIDES = {ABOVE: ("not met", ORANGE), UNKNOWN: ("not known", "0.55"), BELOW: ("met", GREEN)}
 
 
 @figure("threshold", what="probability of exceeding a limit over a key", main=True)
 def threshold(canvas: Canvas, file: ResultFile) -> None:
     """Probability of exceeding the limit at the values looked at, and the amplitudes there.
 
-    Bars are 95 % intervals, numbers the disks computed. Between the two values of a band the
-    probability crosses the target. Values with a single disk have no bar.
+    Bars are 95 % intervals. Green: the asked probability is met, with 99 % confidence; orange: it
+    is not; grey: neither is known. The line is the answer, and the band is where the probability
+    crosses the asked one. Values with a single disk are not drawn at the left.
     """
     chance, size = canvas.panels(1, 2, (13.0, 5.2))[0]
     _draw_probability(chance, file)
     _draw_amplitudes(size, file)
     name, unit = name_and_unit(Config, file.config.threshold.key or "")
-    values = file.read("value")
+    values, (safe, _) = file.read("value"), ends_of_crossing(file)
     for panel in (chance, size):
         for ends in search_of(file).crossings():
-            panel.axvspan(*values[list(ends)], color=ORANGE, alpha=0.25, lw=0, label="crossing")
+            panel.axvspan(*values[list(ends)], color="0.85", lw=0, label="crossing")
+        if np.isfinite(safe):
+            panel.axvline(safe, color=GREEN, lw=1.5, ls="--", zorder=1, label="answer")
         panel.set_xlabel(f"{name} [{unit.strip() or '-'}]")
+    if np.isfinite(safe):
+        chance.annotate(
+            f"answer: {safe:g}{unit}", (safe, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(0, 3), textcoords="offset points", ha="center", color=GREEN,
+        )  # fmt: skip
     canvas.note(crossing_in_words(file))
 
 
 def _draw_probability(axes: Axes, file: ResultFile) -> None:
     """Draw the share of disks beyond the limit, with its interval, at every value computed."""
-    n, above = file.read("n_disks"), file.read("n_above")
+    n, above, side = (file.read(name) for name in ("n_disks", "n_above", "side"))
     low, high = (file.read(f"probability_{end}") for end in ("low", "high"))
+    asked, share = file.config.threshold.probability, above / np.maximum(n, 1)
     seen = n > min(1, n.max() - 1)
-    value, share = file.read("value")[seen], above[seen] / n[seen]
-    ends = np.array([share - low[seen], high[seen] - share])
-    axes.errorbar(value, share, ends, fmt="o", ms=5, color=BLUE, capsize=3, label="disks")
-    for x, y, disks in zip(value, high[seen], n[seen], strict=True):
-        axes.annotate(
-            f"{disks}", (x, y), xytext=(0, 6), textcoords="offset points", ha="center",
-            rotation=90, fontsize=8,
+    foot = 0.3 * min(asked, share[seen & (share > 0.0)].min(initial=1.0))
+    foot = max(FOOT, float(foot))
+    for code, (words, color) in SIDES.items():
+        these = seen & (side == code)
+        size = np.maximum(share[these], foot)  # none of the disks: at the foot
+        ends = np.array([size - np.maximum(low[these], foot), high[these] - size])
+        axes.errorbar(
+            file.read("value")[these], size, ends, fmt="o", ms=6, color=color, capsize=3,
+            label=words, clip_on=False, zorder=3,
         )  # fmt: skip
-    axes.axhline(file.config.threshold.probability, label="target", **DOTTED)
-    foot = max(FOOT, 0.3 * min(file.config.threshold.probability, share[share > 0].min(initial=1)))
-    axes.set(yscale="log", ylim=(foot, 2.5), ylabel="probability of exceeding the limit")
+    axes.axhline(asked, label=f"asked: {percent(asked)} %", **DOTTED)
+    axes.set(yscale="log", ylim=(foot, 1.2))
+    axes.set_ylabel(f"probability of exceeding {limits_in_words(file.config)}")
+    axes.yaxis.set_major_formatter(lambda share, _: f"{100.0 * share:g} %")
 
 
 def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:

@@ -82,21 +82,18 @@ class Progress:
     say = staticmethod(print_item)
 
     def part(
-        self, what: str, n_done: int, n_total: int, n_now: int = 0, expected: int | None = None
+        self, what: str, n_done: int, n_total: int, left: float = 0.0, expected: int | None = None
     ) -> None:
         """Print that n_done of n_total parts are done; what: their name, such as tasks.
 
-        - n_now: number of those since `began`, which tell the time left.
+        - left: time that the others take [s]; not above 0: not known.
         - expected: about as many are needed, of n_total at most; 0: not known; None: all.
         """
         if not self._is_due(n_done == n_total):
             return
-        goal, about = (n_total, "") if expected is None else (min(expected, n_total), "about ")
-        left = ""
-        if n_now and n_done < goal:
-            seconds = (goal - n_done) * (time.monotonic() - self.began) / n_now
-            left = f", {about}{duration(seconds)} left"
-        self.say(f"{what}: {amount(n_done, n_total, expected)}{left}")
+        about = "" if expected is None else "about "
+        more = f", {about}{duration(left)} left" if left > 0.0 else ""
+        self.say(f"{what}: {amount(n_done, n_total, expected)}{more}")
 
     def start(self, status: np.ndarray) -> None:
         """Begin the samples; status (V, n): that of each sample in the file."""

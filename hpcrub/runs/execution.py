@@ -17,7 +17,7 @@ from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import RunLog
 from hpcrub.results import ownership, storage, trouble
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import memory, result_files
+from hpcrub.runs import kept, memory, result_files
 from hpcrub.runs.study import Run
 from hpcrub.setup.laws import law_of
 
@@ -84,6 +84,7 @@ def check_output(run: Run, existing: Existing) -> bool:
 def make_sure(run: Run, existing: Existing, warnings: list[str]) -> None:
     """Make sure that a valid result file exists (rank 0). Raises InputError."""
     if not check_output(run, existing):  # again: another job may just have finished the file
+        kept.forget_all(run.config.output)
         attributes = {"warnings": "\n".join(warnings)} if warnings else {}
         result_files.lay_out(run.config.output, run, attributes)
     elif existing.allow_mixed:

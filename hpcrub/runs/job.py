@@ -24,6 +24,9 @@ class Round(NamedTuple):
     status: str = "status"  # dataset in which the tasks are marked as done
     integrates: bool = True  # whether the tasks need the kernel, if the study integrates
     told: Any = None  # value of `poll` for all tasks of the round
+    # parts that are still expected, these tasks included, by the first index of a task (K,), where
+    # it tells how long they take; None: one part takes as long as another
+    ahead: np.ndarray | None = None
 
 
 class Job:
@@ -53,7 +56,9 @@ class Job:
         self.progress: Any = progress
         self.phase = phase
         self.work = Work()  # done so far, on rank 0
-        self.n_before = 0  # tasks of it that do not tell the time left
+        self.before = Work()  # of it, which does not tell the time left
+        self.ahead: np.ndarray | None = None  # as in the round, less what is done of it
+        self.taken = np.zeros((2, 0))  # number of tasks by their first index, and seconds (2, K)
         self.expected: int | None = None  # as in the round
         self.status: np.ndarray = np.zeros(0, np.uint8)  # of every part at the begin, on rank 0
         self.n_finished = 0  # parts, on rank 0
@@ -72,7 +77,8 @@ class Job:
                 self.load_kernel()
             if self.round is None or self.round.phase != planned.phase:
                 self.phase(planned.phase or self.study.unit)
-                self.begin()
+                if planned.ahead is None or self.round is None:
+                    self.begin()
             self.round = planned
             self.team.run_tasks(self.tasks, self._compute, self._collect, planned.told)
 
@@ -87,7 +93,7 @@ class Job:
     def begin(self) -> None:
         """Tell the time left by the tasks from now on, because those before took another time."""
         if self.progress:
-            self.progress.began, self.n_before = time.monotonic(), self.work.n_done
+            self.progress.began, self.before = time.monotonic(), self.work
 
     def n_done(self) -> tuple[int, int]:
         """Number of finished parts of the job, and of all parts (rank 0)."""
@@ -113,7 +119,7 @@ class Job:
             # each rank gets two shares, so that none waits long for the others
             n = min(self.study.n_together(self.prepared), -(-len(tasks) // (2 * self.team.size)))
         self.tasks = [tasks[first : first + n] for first in range(0, len(tasks), max(n, 1))]
-        self.expected = planned.expected
+        self.expected, self.ahead = planned.expected, planned.ahead
         return planned._replace(tasks=(), known={}) if planned.tasks else None
 
     def _compute(self, tasks: Any, poll: Any) -> Any:
@@ -130,5 +136,22 @@ class Job:
         """Count tasks that took some seconds, and tell how far the job is (rank 0)."""
         self.n_finished += sum(self.study.n_parts(self.status, task) for task in tasks)
         self.work += Work(len(tasks), 0, seconds)
-        n_now = self.work.n_done - self.n_before
-        self.progress.part(self.study.unit, *self.n_done(), n_now, self.expected)
+        left = self._seconds_left(tasks, seconds)
+        self.progress.part(self.study.unit, *self.n_done(), left, self.expected)
+
+    def _seconds_left(self, tasks: Any, seconds: Any) -> float:
+        """Time that what is expected will take, after tasks that took some seconds (rank 0)."""
+        elapsed, before = time.monotonic() - self.progress.began, self.before
+        if self.ahead is None:
+            n_done, n_all = self.n_done()
+            goal = n_all if self.expected is None else min(self.expected, n_all)
+            return (goal - n_done) * elapsed / (self.work.n_done - before.n_done)
+        if not self.taken.size:
+            self.taken = np.zeros((2, len(self.ahead)))
+        for task in tasks:
+            self.ahead[task[0]] -= 1
+            self.taken[:, task[0]] += 1.0, seconds / len(tasks)
+        known = np.flatnonzero(self.taken[0])  # others take as long as their neighbours
+        each = np.interp(np.arange(len(self.ahead)), known, np.divide(*self.taken[::-1, known]))
+        share = elapsed / (self.work.seconds - before.seconds)  # of the ranks' time
+        return share * float(np.maximum(self.ahead, 0.0) @ each)

@@ -1,6 +1,7 @@
 """State of a long task beside its result file, from which it goes on with the same bits."""
 
 import contextlib
+import glob
 import hashlib
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,6 +17,19 @@ from hpcrub.errors import Interrupted
 from hpcrub.results import ownership, provenance
 
 EVERY = 60.0  # [s] between two states of a task
+
+
+def states_of(output: str | Path) -> list[Path]:
+    """Files with the kept states of all tasks of a result file."""
+    whole = without_suffix(output)
+    return sorted(whole.parent.glob(f"{glob.escape(whole.name)}.task-*.npz"))
+
+
+def forget_all(output: str | Path) -> None:
+    """Remove the states beside a result file that begins anew."""
+    for path in states_of(output):
+        with contextlib.suppress(OSError):
+            path.unlink(missing_ok=True)
 
 
 class Resumable(Protocol):
@@ -41,7 +55,8 @@ class Kept:
         """task: numbers that name the task."""
         name = "-".join(map(str, task))
         self.path = Path(f"{without_suffix(config.output)}.task-{name}.npz")
-        words = f"{config.to_yaml()} {provenance.program_text()}"
+        anywhere = config.replace({"output": "moved.h5"})  # it may be moved with its result
+        words = f"{anywhere.to_yaml()} {provenance.program_text()}"
         self.origin = np.array(hashlib.sha256(words.encode()).hexdigest())
         self.saved = time.monotonic()
 

@@ -321,7 +321,10 @@ class Run(NamedTuple):
         if self.study.of_tasks:
             return f"{self.study.name}, {counted(self.n_tasks, 'task')}"
         levels, samples, speeds = len(config.levels), config.samples, config.speeds.n_values
-        what = f"levels x samples x speeds = {levels} x {len(samples):,} x {speeds}"
+        at, n = "speeds", f"{speeds}"
+        if run_up.runs_up(config):
+            at, n = "runs x repeats", f"{len(run_up.schedules(config))} x {config.run_up.repeats}"
+        what = f"levels x samples x {at} = {levels} x {len(samples):,} x {n}"
         if config.is_part:
             what += f" (samples {samples[0]} to {samples[-1]})"
         needs = self.study.needs(config)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config import resolution
+from hpcrub.config.run_up import runs_up
 from hpcrub.config.schema import Config
 from hpcrub.config.text import lines_of
 from hpcrub.model import families
@@ -80,7 +81,8 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _step_warnings(config, problem)
     yield from _mode_warnings(config, problem)
     tuned = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
-    yield from _time_warnings(config, tuned)
+    if not runs_up(config):
+        yield from _time_warnings(config, tuned)
     yield from _friction_warnings(problem.scene, tuned)
     yield from _rebound_warnings(config, problem)
 

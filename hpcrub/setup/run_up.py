@@ -4,17 +4,7 @@ import numpy as np
 
 from hpcrub.config import run_up
 from hpcrub.config.schema import Config
-from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.run_up import Asked
-from hpcrub.setup.problem import scene_of
-
-
-def steps_of_disk(config: Config) -> float:
-    """Time steps of all runs of a disk, of all lanes together."""
-    scene = scene_of(config)
-    per_turn = cut_revolution(min(run_up.ends_of(config)), scene).steps_per_revolution
-    turns = sum(run.turned[-1] for run in run_up.schedules(config))
-    return float(turns * per_turn * scene.lanes[0])
 
 
 def asked_of(config: Config, spectra: bool = False) -> Asked:

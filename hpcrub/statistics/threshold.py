@@ -25,6 +25,7 @@ GROWTH = 1.5  # largest factor of the number of disks from one test to the next
 COARSE = 5  # values that are always tested, spread evenly
 PEAKS = 4  # most values that one disk shows to be tested, too, on either side of the limit
 WORTHWHILE = 0.5  # part of the target: a probability above takes too many disks to be told from it
+TRIED_AGAIN = 1.5  # of the disks that one value needs, about: some are tried that fail
 UNSAFE_SHARE = 0.25  # disks at the unsafe end of a crossing, in parts of those at the safe end
 LEAST_SEVERITY = 1e-9  # of a disk that touches nothing
 LEAST_SCATTER = 1e-3  # of the logarithm of severities
@@ -124,24 +125,36 @@ class Search(NamedTuple):
 
     def next_looks(self) -> list[Look]:
         """Values to test next, each with its number of disks then; none at the end."""
-        if not self.n_done.all():
-            return [(int(value), 1) for value in np.flatnonzero(self.n_done == 0)]
-        first = self._first
-        if new := [value for value in self.landmarks() if self.n_done[value] < first]:
-            return [(value, first) for value in new]
+        if new := self._first_looks():
+            return new
         guess = self.guesses()
-        seen = [int(value) for value in np.flatnonzero(guess)]
-        crossings = [(a, b) for a, b in pairwise(seen) if guess[a] != guess[b]]
-        if wide := [(a + b) // 2 for a, b in crossings if b - a > 1]:
-            return [(value, first) for value in wide]
+        crossings = self._supposed(guess)
         if not crossings:  # the value nearest to the target speaks for all
-            expected = self.expected()[seen]
+            expected, seen = self.expected(), np.flatnonzero(guess)
             all_below = guess[seen[0]] == BELOW
-            crossings = [(seen[int(expected.argmax() if all_below else expected.argmin())],) * 2]
+            of_seen = expected[seen]
+            crossings = [(int(seen[of_seen.argmax() if all_below else of_seen.argmin()]),) * 2]
         looks: dict[int, int] = {}
         for pair in crossings:
             looks |= self._to_be_certain(pair, guess)
         return sorted(looks.items())
+
+    def _first_looks(self) -> list[Look]:
+        """First tests of values, as long as neighbours are not known on either side."""
+        if not self.n_done.all():
+            # spread over the range, by the digits of a number read backwards, as costs differ
+            new = sorted(np.flatnonzero(self.n_done == 0).tolist(), key=lambda v: f"{v:b}"[::-1])
+            return [(value, 1) for value in new]
+        first = self._first
+        if new := [value for value in self.landmarks() if self.n_done[value] < first]:
+            return [(value, first) for value in new]
+        crossings = self._supposed(self.guesses())
+        return [((a + b) // 2, first) for a, b in crossings if b - a > 1]
+
+    def _supposed(self, guess: np.ndarray) -> list[tuple[int, int]]:
+        """Neighbours among the values with a guess that are on different sides."""
+        seen = [int(value) for value in np.flatnonzero(guess)]
+        return [(a, b) for a, b in pairwise(seen) if guess[a] != guess[b]]
 
     def crossings(self) -> list[tuple[int, int]]:
         """Indices of neighbouring certain values on different sides, in increasing order."""
@@ -149,11 +162,31 @@ class Search(NamedTuple):
         certain = [int(value) for value in np.flatnonzero(sides)]
         return [(a, b) for a, b in pairwise(certain) if sides[a] != sides[b]]
 
-    def n_expected(self) -> int:
-        """Disks that the search is supposed to need in all, if its guesses are right."""
-        looks = [(v, n, self.n_done[v]) for v, n in self.next_looks()]
-        more = (self._needed(v) - now if now >= self._first else n - now for v, n, now in looks)
-        return int(self.n_done.sum() + sum(more))
+    def still_expected(self) -> np.ndarray:
+        """Disks that are probably still computed at every value, those of `next_looks` too (V,)."""
+        guess, n_values, first = self.guesses(), len(self.n_done), self._first
+        more = np.zeros(n_values)
+        for value, n in self.next_looks():
+            more[value] = n - self.n_done[value]
+        if not self._first_looks():
+            for pair in self._supposed(guess):
+                unsafe, safe = sorted(pair, key=lambda value: -guess[value])
+                if self.sides()[safe] == UNKNOWN:
+                    needed = self._needed(safe)
+                    more[safe] = TRIED_AGAIN * (needed - self.n_done[safe])
+                    if self.sides()[unsafe] == UNKNOWN:
+                        more[unsafe] = max(UNSAFE_SHARE * needed - self.n_done[unsafe], 0.0)
+        else:
+            widest = max((b - a for a, b in self._supposed(guess)), default=n_values)
+            halvings = min(np.log2(widest), np.count_nonzero(self.n_done < first))
+            after = TRIED_AGAIN * min(needed_below(self.target, 0), self.most) + halvings * first
+            if self.n_done.all():  # about where the first disk crosses the limit
+                size = np.abs(np.log(np.clip(self.severity[:, 0], LEAST_SEVERITY, None)))
+                more[np.nan_to_num(size, nan=np.inf).argmin()] += after
+            else:
+                more[coarse(n_values)] += first - 1
+                more += after / n_values
+        return np.minimum(more, self.most - self.n_done)
 
     @property
     def _first(self) -> int:

@@ -29,7 +29,6 @@ from hpcrub.statistics.rare import Goal, n_needed
 from hpcrub.statistics.threshold import (
     ABOVE,
     BELOW,
-    COARSE,
     FIRST_DISKS,
     UNKNOWN,
     Search,
@@ -50,7 +49,6 @@ NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
     *(f"mistuning.{name}" for name in ("seed", "samples", "tuned_runs", "checked_samples")),
 )
-TRIED_AGAIN = 1.5  # of the disks that one value needs, about: some are tried that fail
 NUMBERS_IN_TEXT = re.compile(r"\d[\d., ]*(e[-+]?\d+)?")  # in a warning
 _V = ("value",)
 LAYOUT = (
@@ -107,9 +105,10 @@ class Threshold(Trials):
             except InputError as error:
                 yield f"threshold.key: {value:g}: {error}"
                 return
-        for line in keys_without_effect(at_value(config, config.threshold.highest)):
-            if line.startswith(f"{key}:"):
-                yield f"threshold.key: {line}"
+        ends = (at_value(config, float(end)) for end in values_of(config)[[0, -1]])
+        of_ends = (keys_without_effect(end) for end in ends)  # a default is no key that is given
+        lines = [line for end in of_ends for line in end if line.startswith(f"{key}:")]
+        yield from (f"threshold.key: {line}" for line in lines[-1:])
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
         """Warnings at both ends of the range; the lower end's where they differ in numbers only.
@@ -131,18 +130,17 @@ class Threshold(Trials):
     def needs(self, config: Config) -> str:
         """Number of values, and of disks that the search is expected to need, in words."""
         n_values, disks = len(values_of(config)), self.cost(config).disks
-        return (  # where the probability is flat it is more
-            f"for {n_values} values of {config.threshold.key}, together about {disks:,} disks, "
-            "give or take a factor of two"
+        return (
+            f"for {n_values} values of {config.threshold.key}, together about {disks:,} disks, up "
+            "to three times as many where the probability hardly changes from value to value"
         )
 
     def cost(self, config: Config) -> Cost:
-        """Cost of a disk at all values, some at a few, and what the crossing needs."""
-        n_values, most = len(values_of(config)), config.mistuning.samples
-        n_first = min(COARSE + 2 + np.log2(n_values), n_values)
-        needed = min(needed_below(config.threshold.probability, 0), most)
-        disks = round(n_values + n_first * min(FIRST_DISKS, most) + TRIED_AGAIN * needed)
-        disks = min(disks, n_values * most)
+        """Cost of the disks that a search is expected to compute from its begin."""
+        shape = len(values_of(config)), config.mistuning.samples
+        nothing = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
+        search = Search.followed(*nothing, config.threshold.probability)
+        disks = round(float(search.still_expected().sum()))
         return Cost(disks, disks=disks)
 
     def tried(self, config: Config) -> list[Config]:
@@ -164,8 +162,9 @@ class Threshold(Trials):
         # the first disks lie over the whole range, unlike all others
         is_far = search.n_done.max() < 2 * FIRST_DISKS
         phase = f"{self.unit} {'over the range' if is_far else 'near the crossing'}"
-        expected = max(search.n_expected(), self.cost(config).disks)
-        return Round(tasks, results(config, search), expected, phase)
+        ahead = search.still_expected()
+        expected = round(float(search.n_done.sum() + ahead.sum()))
+        return Round(tasks, results(config, search), expected, phase, ahead=ahead)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""
@@ -289,15 +288,21 @@ def search_of(file: ResultFile) -> Search:
     return Search(severities(file), file.read("n_disks"), file.config.threshold.probability)
 
 
+def ends_of_crossing(file: ResultFile) -> tuple[float, float]:
+    """The value that meets the limit, and the next one that does not; NaN: there is none."""
+    low, high = map(float, file.read("crossing"))
+    falls = np.isfinite(low) and file.read("side")[file.read("value") == low][0] == ABOVE
+    return (high, low) if falls else (low, high)
+
+
 def crossing_in_words(file: ResultFile) -> str:
     """The value that meets the limit, in words."""
-    asked, (low, high) = file.config.threshold, file.read("crossing")
+    asked, (safe, other) = file.config.threshold, ends_of_crossing(file)
     value, side = file.read("value"), file.read("side")
     name, unit = name_and_unit(Config, asked.key or "")
     does = f"the probability of exceeding {limits_in_words(file.config)}"
     target = f"{percent(asked.probability)} %"
-    if np.isfinite(low):
-        safe, other = (high, low) if side[value == low][0] > 0 else (low, high)
+    if np.isfinite(safe):
         return (
             f"{name} of {safe:g}{unit} ({asked.key}) keeps {does} below {target}, with 99 % "
             f"confidence; {other:g}{unit} does not"

@@ -123,6 +123,18 @@ def test_the_answer_stands_in_the_box_with_its_limit_and_there_is_room_to_sign(f
         assert f">{word}</t" in page
 
 
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [({"study": "run_up"}, "Every speed begins at rest"),
+     ({"contact.kinematics": "second_order"}, "a blade that bends does not get shorter"),
+     ({"contact.kinematics": "second_order"}, "Contact forces are radial"),
+     ({"casing.clearance_s_mm": [[0.0, 0.3], [9.0, 0.2]]}, "The clearance is the same")],
+)  # fmt: skip
+def test_what_a_key_takes_along_is_not_said_to_be_left_out(keys, words):
+    assert words in " ".join(report._omitted_effects(Config()))
+    assert words not in " ".join(report._omitted_effects(Config().replace(keys)))
+
+
 def test_a_figure_that_fails_is_told(folder, monkeypatch):
     def broken(*_, **__):
         yield HpcrubError("the picture of the samples cannot be written")

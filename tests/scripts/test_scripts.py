@@ -141,3 +141,18 @@ def test_conda_installs_what_the_package_needs():
     by_conda = {str(x).replace(" >", ">").replace("-base", "").split()[0] for x in environment}
     assert {line.lower() for line in needed} <= by_conda
     assert environment[-1] == {"pip": ["--editable .[dev]"]}  # the rest, and hpcrub itself
+
+
+@pytest.mark.parametrize(
+    ("target", "extras"), [("run", ""), ("test", "mpi,dev"), ("lint", "mpi,dev")]
+)
+def test_a_run_waits_for_no_package_of_the_tests(target, extras, tmp_path):
+    """The set-up before the first result installed what only tests need, too."""
+    for name in ("Makefile", "pyproject.toml", "tools/setup.sh"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    made = subprocess.run(
+        ["make", "-n", target], cwd=tmp_path, capture_output=True, text=True, check=True
+    ).stdout
+    (line,) = [line for line in made.splitlines() if "tools/setup.sh" in line]
+    assert line.startswith(f"EXTRAS={extras} " if extras else "PYTHON=")

@@ -104,6 +104,8 @@ SLOWEST = {  # what damps the slowest motion of all, by its damping ratio
 def test_a_transient_that_nothing_damps_is_marked(slowest):
     config = Config().replace(SLOWEST[slowest](0.0))
     assert told(config, "transients never decay, steady_state.max_time_s")
+    up = config.replace({"study": "run_up"})
+    assert not told(up, "transients")  # which waits for no steady motion
 
 
 @pytest.mark.parametrize("slowest", SLOWEST)

@@ -1,6 +1,7 @@
 """The run_up study: any ranks, kills within a run, its sources, rates, limits and refusals."""
 
 import os
+import shutil
 import signal
 import time
 
@@ -13,7 +14,7 @@ from hpcrub.commands import merge
 from hpcrub.config.schema import Config
 from hpcrub.response.run_up import run_up
 from hpcrub.results.layout import DONE
-from hpcrub.runs import kept
+from hpcrub.runs import execution, kept
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import checklist, open_result, run_of
 from hpcrub.studies.contact import trials
@@ -23,6 +24,8 @@ from tests.program import (
     computed,
     contents,
     datasets,
+    lay_out,
+    load,
     refusal,
     run_here,
     start,
@@ -42,7 +45,7 @@ STUDY = TINY.partition("speeds")[0] + TINY.partition("\n")[2] + RUNS
 HELD = """\
 import sys, time
 from hpcrub.response import run_up
-from hpcrub.runs import kept
+from hpcrub.runs import execution, kept
 from hpcrub.commands.run import main
 
 kept.EVERY, go_on = 0.0, run_up.Runner.go_on
@@ -115,6 +118,19 @@ def test_a_state_is_kept_until_its_results_are_in_the_file(study, tmp_path, monk
         assert not list(tmp_path.glob("a.task-*"))
 
 
+def test_status_tells_of_kept_states_and_a_new_result_forgets_them(tmp_path, capsys):
+    (tmp_path / "study.yaml").write_text(STUDY)
+    path = lay_out(tmp_path / "a.h5", STUDY)
+    state = tmp_path / "a.task-0-1-0.npz"
+    state.touch()
+    run_here("study.yaml", "--output", str(path), "--status", folder=tmp_path)
+    assert "; the state of 1 run in progress is in" in capsys.readouterr().out
+    (tmp_path / "a-b.task-0-1-0.npz").touch()  # of another result
+    config = load(tmp_path / "study.yaml").replace({"output": str(path)})
+    execution.make_sure(run_of(config), execution.Existing(overwrite=True), [])
+    assert [*tmp_path.glob("*.npz")] == [tmp_path / "a-b.task-0-1-0.npz"]
+
+
 def test_a_state_of_another_input_is_not_taken(study, tmp_path):
     folder, path = study
     with open_result(path) as file:
@@ -144,7 +160,10 @@ def test_a_state_of_another_input_is_not_taken(study, tmp_path):
 
     with pytest.raises(kept.Interrupted):
         states[0].finish(Counter(), stop)
-    for state, n_left in ((states[1], 3), (states[0], 2)):
+    (tmp_path / "b").mkdir()
+    shutil.copy(states[0].path, tmp_path / "b/b.task-0-1.npz")
+    states.append(kept.Kept(config.replace({"output": str(tmp_path / "b/b.h5")}), (0, 1)))
+    for state, n_left in zip((states[1], states[0], states[2]), (3, 2, 2), strict=True):
         calls = []
         state.finish(Counter(), lambda calls=calls: calls.append(1))
         assert len(calls) == n_left
@@ -278,6 +297,11 @@ def test_a_table_from_a_file_is_kept_in_the_result(tmp_path):
         assert file.config.run_up.speed_s_hz == ((0.0, 33.0), (0.2, 35.0), (0.4, 33.0))
         np.testing.assert_array_equal(file.read("rises"), [1, 0])
         np.testing.assert_allclose(file.read("hz_per_s"), [10.0])
+
+
+def test_a_run_says_how_many_run_ups_it_computes():
+    config = Config.from_yaml(STUDY).replace({"run_up.repeats": 3})
+    assert "levels x samples x runs x repeats = 2 x 2 x 2 x 3" in run_of(config).amount()
 
 
 def test_a_checklist_of_run_ups_leaves_out_what_is_of_steady_motions():

@@ -3,22 +3,27 @@
 import json
 import re
 import shutil
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 
+from hpcrub import plot
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
+from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import duration
+from hpcrub.ranks.runlog import Work
 from hpcrub.results.verdict import SINGLE, USELESS
-from hpcrub.runs import cost
+from hpcrub.runs import cost, job
 from hpcrub.statistics.percentiles import probability_interval
-from hpcrub.studies import open_result
+from hpcrub.statistics.threshold import Search
+from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
 from hpcrub.studies.threshold import at_value, n_to_tell, values_of
-from tests.program import TINY, computed, datasets, load, refusal, run_here
+from tests.program import TINY, computed, datasets, refusal, run_here
 from tests.studies.common import largest_amplitudes, refused_study
 
 N = 60
@@ -40,11 +45,23 @@ REFUSED = {
     "threshold.key=casing.n_bumps": "casing.n_bumps",
     "threshold.key=mistuning.tuned_runs": "mistuning.tuned_runs changes no disk",
     "casing.clearance_hz_mm=[[30, 0.3], [40, 0.2]]": "it cannot be combined with casing.clear",
+    "casing.clearance_s_mm=[[0, 0.3], [9, 0.2]]": "it cannot be combined with casing.clearance_s",
     "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 512",
     "threshold.probability=0.05": "60 disks cannot show .* threshold.probability 0.05.* 104",
     "threshold.key=casing.clearance_hz_mm[0][1]": "the input gives 0 elements there",
     "threshold.key=speeds": "threshold.key: 0.2: speeds",
 }
+
+
+@pytest.mark.parametrize("end", ["lowest", "highest"])
+def test_a_key_without_effect_is_refused_also_where_an_end_is_its_default(end):
+    other = {"lowest": "highest: 1.4", "highest": "lowest: 0.1"}[end]
+    text = f"{{key: casing.clearance_mm, {other}, {end}: 0.25}}"
+    beside = "clearance_s_mm: [[0, 0.3], [9, 0.2]]"
+    config = Config.from_yaml(f"limits: {{amplitude_mm: 9}}\nstudy: threshold\nthreshold: {text}\n"
+                              f"casing: {{{beside}}}")  # fmt: skip
+    (line,) = THRESHOLD.problems(config)
+    assert "has no effect: it cannot be combined with casing.clearance_s_mm" in line
 
 
 @pytest.fixture(scope="module")
@@ -90,15 +107,67 @@ def test_a_stop_changes_no_bit(brute):
     assert datasets(folder / "two.h5") == first
 
 
+def test_the_figure_tells_where_the_asked_probability_is_met(brute):
+    """Each value, coloured by whether it is met for certain, its share of disks, and the answer."""
+    folder, values, peaks, limit = brute[0], Config.from_yaml(STUDY).threshold.values, *brute[1:]
+    with open_result(folder / "one.h5") as file:
+        chance, _ = plot.threshold(file)
+        n, sides = file.read("n_disks"), file.read("side")
+    drawn = {}
+    for bars in chance.containers:
+        drawn |= {float(x): (y, bars.get_label()) for x, y in zip(*bars[0].get_data(), strict=True)}
+    foot, words = chance.get_ylim()[0], {-1: "met", 0: "not known", 1: "not met"}
+    for value, row, disks, side in zip(values, peaks, n, sides, strict=True):
+        share, label = drawn.pop(float(value))
+        assert share == pytest.approx(max((row[:disks] > limit).mean(), foot))
+        assert label == words[side]
+    assert not drawn
+    safe = values[sides == -1].min()
+    assert [text.get_text() for text in chance.texts] == [f"answer: {safe:g} mm"]
+
+
+@pytest.mark.parametrize("grows", [True, False])
+def test_the_time_left_holds_where_disks_take_longer_at_some_values(grows, monkeypatch):
+    """Of a search whose disks take 1 to 10 s over the range, by a clock of its own; six times.
+
+    At the mean rate of all disks it had told 21 times too much at the end of inputs/threshold.yaml.
+    """
+    clock, values, said = [0.0], np.linspace(0.0, 1.0, 33), []
+    monkeypatch.setattr(job.time, "monotonic", lambda: clock[0])
+    for seed in range(6):
+        scatter = 0.1 * np.random.default_rng(seed).normal(size=400)
+        severity = np.exp(3.0 * (0.4 - values)[:, None] + scatter)
+        search = Search(severity, np.zeros(33, dtype=int), 0.05)
+        told, began = [], clock[0]
+        shown = SimpleNamespace(began=began, part=lambda *part: None)
+        search_job = job.Job(run_of(Config()), Team(), None, None, shown)
+        while looks := search.next_looks():
+            search_job.ahead = search.still_expected()
+            for value, n in looks:
+                for disk in range(search.n_done[value], n):
+                    seconds = 10.0 ** (values[value] if grows else 1.0 - values[value])
+                    clock[0] += seconds
+                    search_job.work += Work(1, 0, seconds)
+                    left = search_job._seconds_left([(value, disk)], seconds)
+                    told.append((clock[0] - began, clock[0] - began + left))
+            for value, n in looks:
+                search.n_done[value] = n
+        elapsed, total = np.array(told).T / told[-1][0]
+        said.append([end(total[elapsed > 0.1]) for end in (min, max)])
+    least, most = np.median(said, axis=0)
+    assert 1 / 1.5 < least <= most < 1.5
+
+
 def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):
     """`--status`, `inspect` and a dry run that resumes counted of all disks at all values."""
     folder, *_ = brute
-    expected = THRESHOLD.cost(load(folder / "study.yaml")).disks
     shutil.copy(folder / "one.h5", folder / "begun.h5")
     with h5py.File(folder / "begun.h5", "r+") as file:
         file["status"][:, 10:] = 0
         file["n_disks"][:] = 0
         n = np.count_nonzero(file["status"])
+    with open_result(folder / "begun.h5") as begun:
+        expected = THRESHOLD.next_round(begun).expected
     options = "study.yaml", "--output", "begun.h5"
     assert run_here(*options, "--status", folder=folder) == 75
     assert inspect.main([str(folder / "begun.h5")]) == 0

@@ -112,7 +112,7 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
     assert "done: 3 of 4 samples" in printed
     assert "Verdict: not usable: 1 of 3 peaks" in printed
     assert "Amplifications: percentiles and their intervals" in printed
-    assert "±4 %: 0 of 1 disks exceed 35 mm" in printed
+    assert "±4 % 35 mm 1 0 0 % 0 to 98 %" in printed
 
 
 @pytest.mark.parametrize("check", ["half_step", "followed"])
@@ -205,19 +205,29 @@ def test_a_tuned_run_without_a_result_leaves_their_median_as_certain_as_the_othe
 
 
 def test_limits_have_a_probability_with_its_interval(file):
-    text = "\n".join(limits.limit_lines(file, usable=True))
-    assert "±2 %: 2 of 2 disks exceed 35 mm, a probability of 16 to 100 %" in text
-    assert "sign" not in text
+    """Two of two: with 0.16 or more, since 0.16² = 0.025; none of two: with 0.84 or less."""
+    table, basis = limits.chance_table(file, usable=True)
+    assert [*zip(*(column.cells for column in table.columns), strict=True)] == [
+        ("±2 %", "35 mm", "2", "2", "100 %", "16 to 100 %"),
+        ("±2 %", "10000 MPa", "2", "0", "0 %", "0 to 84 %"),
+        ("±4 %", "35 mm", "2", "0", "0 %", "0 to 84 %"),
+        ("±4 %", "10000 MPa", "2", "0", "0 %", "0 to 84 %"),
+    ]
+    assert basis == "limit: 10000 MPa without the rotation's stress"
+    assert "sign" not in table.title
+    assert "not to be signed" in next(limits.chance_table(file, usable=False)).title
+    first, second = limits.limit_lines(file, usable=True)
+    assert first.startswith("±4 %: 0 of 2 disks exceed 35 mm, a probability of 0 to 84 %")
+    assert "exceed 10000 MPa without the rotation's stress, a" in second
     for line in limits.limit_lines(file, usable=False):
         assert line.endswith("not to be signed, the verdict says why")
-    text = "\n".join(limits.limit_lines(file, usable=True))
-    assert "±4 %: 0 of 2 disks exceed 35 mm" in text
-    assert "±2 %: 0 of 2 disks exceed 10000 MPa without the rotation's stress, a" in text
     (line,) = limits.largest_line(file, survey(file))
     assert line == "largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa"
     contact_file.write_sample(file, 1, 1, {"status": FAILED})
-    text = "\n".join(limits.limit_lines(file, usable=True))
-    assert "±4 %: 1 of 2 disks exceed 35 mm or have no result, a probability of 1.3 to 99" in text
+    first, _ = limits.limit_lines(file, usable=True)
+    assert "±4 %: 1 of 2 disks exceed 35 mm or have no result, a probability of 1.3 to 99" in first
+    table, _ = limits.chance_table(file, usable=True)
+    assert list(table.columns[3].cells)[2] == "1 (1 without result)"
 
 
 @pytest.mark.parametrize(
@@ -277,9 +287,8 @@ def test_a_stress_by_a_factor_says_on_what_it_rests(file):
     config = file.config.replace(keys).replace({"limits.amplitude_mm": None})
     scaled = SimpleNamespace(config=config, read=file.read)
     factor = "(if it moves in the mode for which 40 MPa/mm holds)"
-    low, high = limits.limit_lines(scaled, usable=True)
+    (high,) = limits.limit_lines(scaled, usable=True)
     assert f"0 of 2 disks exceed 2400 MPa without the rotation's stress {factor}, a" in high
-    assert "0 of 2" in low or "2 of 2" in low
     goodman = config.replace({"limits.static_mpa": 300.0, "limits.strength_mpa": 600.0})
     scaled.config = goodman
     assert goodman.limits.stress == pytest.approx(1.2e9)
