@@ -27,6 +27,7 @@ PEAKS = 4  # most values that one disk shows to be tested, too, on either side o
 WORTHWHILE = 0.5  # part of the target: a probability above takes too many disks to be told from it
 TRIED_AGAIN = 1.5  # of the disks that one value needs, about: some are tried that fail
 UNSAFE_SHARE = 0.25  # disks at the unsafe end of a crossing, in parts of those at the safe end
+FAR = 1.3  # times the target: a probability above takes few enough disks to be told from it
 LEAST_SEVERITY = 1e-9  # of a disk that touches nothing
 LEAST_SCATTER = 1e-3  # of the logarithm of severities
 BELOW, UNKNOWN, ABOVE = -1, 0, 1  # as of `side_of`
@@ -137,7 +138,7 @@ class Search(NamedTuple):
         looks: dict[int, int] = {}
         for pair in crossings:
             looks |= self._to_be_certain(pair, guess)
-        return sorted(looks.items())
+        return sorted(looks.items()) or self._narrower()
 
     def _first_looks(self) -> list[Look]:
         """First tests of values, as long as neighbours are not known on either side."""
@@ -213,6 +214,21 @@ class Search(NamedTuple):
                 return {unsafe: min(self._grown(unsafe), most)}
             unsafe += np.sign(unsafe - safe) or len(sides)
         return {}
+
+    def _narrower(self) -> list[Look]:
+        """Further disks of a value within a crossing of more than two steps, if it may be told.
+
+        Every value within gets as many as the safe end has, and more where it is far enough.
+        """
+        sides, n, over = self.sides(), self.n_done, self.expected() / self.target
+        for a, b in self.crossings():
+            inside = np.arange(a + 1, b)[:: 1 if sides[a] == BELOW else -1]  # safe ones first
+            safe = a if sides[a] == BELOW else b
+            may_be = (over[inside] > FAR) & (n[inside] < self.most) | (n[inside] < n[safe])
+            if b - a > 2 and may_be.any():
+                value = int(inside[may_be.argmax()])
+                return [(value, min(self._grown(value), self.most))]
+        return []
 
     def _grown(self, value: int) -> int:
         return max(int(np.ceil(GROWTH * self.n_done[value])), self._first)

@@ -97,3 +97,14 @@ def test_disks_that_touch_nothing_or_have_no_result_have_a_severity():
     severity[0] = np.nan
     found = Search.followed(severity, np.ones(severity.shape, dtype=bool), 0.01)
     assert found.crossings() == [(0, 1)]
+
+
+def test_a_crossing_is_narrowed_as_long_as_a_value_within_can_be_told():
+    """Twice the target is told from it by 300 disks, but had a quarter of what the safe end has."""
+    chance = np.array([0.6, 0.5, 0.4, 0.3, 0.2, 0.12, 0.03, 1e-4, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5])
+    widths = []
+    for seed in range(20):
+        ((a, b),) = searched(SCATTER * ndtri(chance), 0.05, 400, seed).crossings()
+        assert a <= 5 < b
+        widths.append(b - a)
+    assert np.mean(np.array(widths) <= 2) >= 0.9

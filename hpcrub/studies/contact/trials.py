@@ -180,7 +180,7 @@ def left_for_others(file: ResultFile) -> Iterator[Finding]:
             USELESS if more + less > MOST_LOST * n else SINGLE,
             "motions that do not stay",
             f"of {counted(n, 'disk')} that were followed four times as long, to see whether their "
-            f"motion stays, {more} exceed the limit only then, and {less} do no more: "
+            f"motion stays, the limit is exceeded only then by {more}, and no more by {less}: "
             "steady_state.first_check_s and max_time_s four times as long",
         )
 
