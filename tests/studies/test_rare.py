@@ -134,6 +134,7 @@ def test_every_fiftieth_disk_is_followed_longer_to_see_whether_its_motion_stays(
         ([9.0, 9.0, 11.0], [1.2, np.nan, 1.1], "of 2 disks that were followed four times as long"),
         ([9.0, 9.0, 11.0], [0.9, np.nan, 0.9], "exceeded only then by 0, and no more by 1"),
         ([9.0] * 30, [1.1] + 29 * [0.9], "exceeded only then by 1, and no more by 0"),
+        ([9.0] * 15 + [11.0] * 15, [1.1, *28 * [np.nan], 0.9], "only then by 1, and no more by 1"),
     ],
 )
 def test_disks_that_pass_the_limit_when_followed_longer_are_told(peaks, severity, told):

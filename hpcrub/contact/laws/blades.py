@@ -1,4 +1,4 @@
-"""Multipliers of blades with several contact points, by exact solutions for groups of blades.
+"""Multipliers of blades with several contact points, by exact solutions.
 
 The contact points of one blade are coupled so stiffly that Gauss–Seidel from point to point takes
 up to hundreds of sweeps at small steps. So `active_set` solves the problem of all points that may

@@ -121,12 +121,10 @@ def _moved(moved: np.ndarray, heading: str, does: str, keys: str) -> Finding:
 
 def check_moves(file: ResultFile, name: str) -> np.ndarray:
     """Relative change of the checked disks' peaks in a check, the tuned one first (n,)."""
-    where, there = (-1, slice(n_counted(file))), f"{name}_peak_m"
-    if f"tuned/{there}" not in file:
-        return np.zeros(0)
+    where = -1, slice(n_counted(file))
     other, own = (
-        np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", where))
-        for name in (there, "peak_amplitude_m")
+        np.append(file.read(f"tuned/{of}"), file.read(f"samples/{of}", where))
+        for of in (f"{name}_peak_m", "peak_amplitude_m")
     )
     return finite(other / own - 1.0)
 

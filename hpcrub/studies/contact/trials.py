@@ -169,7 +169,10 @@ def beyond(file: ResultFile) -> np.ndarray:
 
 
 def left_for_others(file: ResultFile) -> Iterator[Finding]:
-    """Finding about disks that are followed longer, and then lie on the other side of a limit."""
+    """Finding about disks that are followed longer, and then lie on the other side of a limit.
+
+    As many in either direction are chance, and leave a probability as it is.
+    """
     before, after = severities(file) > 1.0, file.read("followed_severity")
     known = ~np.isnan(after)
     n = int(np.count_nonzero(known))
@@ -177,7 +180,7 @@ def left_for_others(file: ResultFile) -> Iterator[Finding]:
                   np.count_nonzero(known & (after <= 1.0) & before))  # fmt: skip
     if more + less:
         yield Finding(
-            USELESS if more + less > MOST_LOST * n else SINGLE,
+            USELESS if abs(more - less) > MOST_LOST * n else SINGLE,
             "motions that do not stay",
             f"of {counted(n, 'disk')} that were followed four times as long, to see whether their "
             f"motion stays, the limit is exceeded only then by {more}, and no more by {less}: "
