@@ -110,8 +110,12 @@ def values_of(config: Config, found: Integrated) -> dict[str, Any]:
 
 def checks(scene: Scene) -> dict[str, Scene]:
     """Scenes in which some disks are integrated once more, by the names of their results."""
-    finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
-    return {"half_step": finer, "followed": followed(scene)}
+    return {"half_step": finer(scene), "followed": followed(scene)}
+
+
+def finer(scene: Scene) -> Scene:
+    """The scene with half the time step."""
+    return scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
 
 
 def followed(scene: Scene) -> Scene:

@@ -25,6 +25,7 @@ from hpcrub.setup import imported
 from hpcrub.setup.disks import deviation, rubbing_modes, run_deviation, sigma_of
 from hpcrub.setup.problem import Problem
 from hpcrub.setup.run_up import asked_of
+from hpcrub.studies.contact.amplification import finer
 from hpcrub.studies.contact.study import APART, open_contact, require_complete
 from hpcrub.studies.run_up import summary
 
@@ -243,8 +244,7 @@ def _tuned(
     for name, values in _values(config, run).items():
         yield f"tuned/{name}", rate, values
     yield "tuned/spectrum_m", rate, run.spectrum
-    finer = scene._replace(step=scene.step / 2.0, least_steps=2.0 * scene.least_steps)
-    half = kept[1].finish(Runner(modes, finer, schedule, asked_of(config)), poll)
+    half = kept[1].finish(Runner(modes, finer(scene), schedule, asked_of(config)), poll)
     yield "tuned/half_step_peak_m", rate, peaks(half.envelope)
 
 
