@@ -16,6 +16,7 @@ modes by −Σ_d f_d G_d s, too. The Delassus operator has all of it for points 
 points of two blades the motion of the first along its normal at rest.
 """
 
+from itertools import combinations_with_replacement, permutations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from scipy.ndimage import maximum_filter1d
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, State
 from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import ONE, PAIR
 from hpcrub.contact.laws.small import list_directions, row_of_pair
 from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.tables import columns
@@ -35,12 +37,14 @@ REACH = 0.1  # angle of a displacement up to which the casing's crests nearby ar
 class BentArrays(NamedTuple):
     """Arrays for C contact points (padded), N blades with p bent modes, L lanes.
 
-    M = p (p + 1)/2 products of two bent modes are in the order of `numpy.triu_indices`.
+    M = p (p + 1)/2 products of two bent modes are in the order of `numpy.triu_indices`. Where the
+    fourth order of the energy is known, T = M (p + 2)/3 products of three follow, else T = 0.
     """
 
     along: np.ndarray  # u_t (C, L) [m] (modified)
     bent: np.ndarray  # s of all blades (≥ N·p, L) [m·√kg] (modified)
-    products: np.ndarray  # s_a s_c of all blades (N·M, L) [m²·kg] (modified)
+    # s_a s_c, then s_a s_c s_d of all blades (N·(M + T), L) [m²·kg, m³·kg^1.5] (modified)
+    products: np.ndarray
     raised: np.ndarray  # what the casing is higher at the displaced point (C, L) [m] (modified)
     slope: np.ndarray  # b′/R under it, of bumps of full height (C, L) [-] (modified)
     tilt: np.ndarray  # t (C, L) [-] (modified)
@@ -58,9 +62,9 @@ class BentArrays(NamedTuple):
     shortening: np.ndarray  # G_n, G_t, G_a of every point (C, 3·p·p) [1/(m·kg)]
     # what each product adds to normal and tangential displacements of a point (C, 2·M) [1/(m·kg)]
     displacement: np.ndarray
-    coupling: np.ndarray  # force of each product on every bent mode (p, M) [1/(m·√kg·s²)]
-    # force of each product times s_d on bent mode a, row a·p + d (p², M); (0, M): unknown
-    quartic: np.ndarray
+    # force of each product on every bent mode (M + T, p) [1/(m·√kg·s²), then 1/(m²·kg·s²)]
+    force: np.ndarray
+    n_bent: int  # p
     observed: np.ndarray  # what each product adds to an observed displacement (O, M) [1/(m·kg)]
     observed_blade: np.ndarray  # blade of every observed displacement (O,) int
     curvature: np.ndarray  # κ (C,) [1/m]
@@ -75,6 +79,13 @@ def _folded(G: np.ndarray) -> np.ndarray:
     """Coefficients (..., M) of the products s_a s_c, a ≤ c, in −½ sᵀG s; G: (..., p, p)."""
     a, c = np.triu_indices(G.shape[-1])
     return -np.where(a == c, 0.5, 1.0) * G[..., a, c]
+
+
+def _folded_thrice(V: np.ndarray) -> np.ndarray:
+    """Coefficients (p, T) of s_a s_c s_d, a ≤ c ≤ d, in −⅙ Σ V_eacd s_a s_c s_d."""
+    triples = list(combinations_with_replacement(range(len(V)), 3))
+    orders = [len(set(permutations(triple))) for triple in triples]
+    return -V[(slice(None), *np.transpose(triples))] * orders / 6.0
 
 
 class Bent(BentArrays):
@@ -101,6 +112,8 @@ class Bent(BentArrays):
         # blades of the cyclic basis, whose points are known to correspond, share one table
         table = interface.blade if len(rows.points) == 1 else np.zeros(n, dtype=np.int64)
         size = counts.max() ** 2 * (2 + p) * (3 + p)
+        thrice = _folded_thrice(second.quartic).reshape(p, -1)
+        force = np.concatenate([_folded(second.coupling).T, thrice.T])
         n_steps = grid.steps_per_revolution
         bump = scene.casing.table(interface.angle, n_steps, grid.steps_per_block)
         reach = min(int(REACH * n_steps / (2.0 * np.pi)), grid.steps_per_block // 2)
@@ -108,7 +121,7 @@ class Bent(BentArrays):
         return cls(
             **v.lane_arrays(
                 width, along=C, bent=columns(rows.bent).shape[1],
-                products=n_blades * (p * (p + 1) // 2),
+                products=n_blades * len(force),
                 raised=C, slope=C, tilt=C, seen=C * p, pushed=C * p, own=(table.max() + 1) * size,
             ),
             begin=table * size,
@@ -118,8 +131,8 @@ class Bent(BentArrays):
             displacement=np.pad(
                 _folded(second.shortening[:, :2]).reshape(n, -1), (padding, (0, 0))
             ),
-            coupling=_folded(second.coupling),
-            quartic=_folded(second.quartic).reshape(-1, p * (p + 1) // 2) / 3.0,
+            force=force,
+            n_bent=p,
             observed=_folded(second.observed),
             observed_blade=interface.observed_blade,
             curvature=np.pad(second.curvature, padding),
@@ -134,7 +147,7 @@ class Bent(BentArrays):
 
         gain: (R,) factor of a modal force [s²]; blade: of every contact point (n,).
         """
-        p = self.coupling.shape[0]
+        p = self.n_bent
         shape = -1, self.n_places, self.n_places, 2 + p, 3 + p
         for b, own in enumerate(self.own[:, lane].reshape(shape)):  # views
             points, bent = np.flatnonzero(blade == b), np.s_[b * p : (b + 1) * p]
@@ -160,16 +173,17 @@ class Bent(BentArrays):
         bent, state, law = bank.law.kinematics, bank.state, bank.law
         bank.basis.displace(lanes, bank, bent)
         multiply(lanes, bent, state)
-        n_products, deepest = bent.coupling.shape[1], v.splat(lanes, -np.inf)
+        n_products, n_pairs = bent.force.shape[0], bent.displacement.shape[1] // 2
+        deepest = v.splat(lanes, -np.inf)
         ramp, zero = v.load(lanes, state.ramp, 0), v.splat(lanes, 0.0)
         highest, reach = v.splat(lanes, bent.highest), v.splat(lanes, float(bent.reach))
         for i in law.points:
             first = law.blade[i] * n_products
             depth, u = v.load(lanes, state.penetration, i), v.load(lanes, bent.along, i)
-            for m in range(n_products):
+            for m in range(n_pairs):
                 product = v.load(lanes, bent.products, first + m)
                 depth = v.fma(product, bent.displacement[i, m], depth)
-                u = v.fma(product, bent.displacement[i, n_products + m], u)
+                u = v.fma(product, bent.displacement[i, n_pairs + m], u)
             v.store(bent.along, i, u)
             depth = v.fma(0.5 * bent.curvature[i] * u, u, depth)
             is_close = v.magnitude(u) * bent.steps[i] < reach
@@ -191,7 +205,7 @@ class Bent(BentArrays):
     def see(lanes: tuple, law: Any, i: int) -> None:
         """Find the gradient of the penetration of a point (law is modified)."""
         bent = law.kinematics
-        p = bent.coupling.shape[0]
+        p = bent.n_bent
         tilt = bent.curvature[i] * v.load(lanes, bent.along, i) + v.load(lanes, bent.slope, i)
         v.store(bent.tilt, i, tilt)
         for a in range(p):
@@ -211,7 +225,7 @@ class Bent(BentArrays):
         along, across: coefficient of friction times cos β and sin β of the point (L,).
         """
         bent = law.kinematics
-        p = bent.coupling.shape[0]
+        p = bent.n_bent
         tilt = v.load(lanes, bent.tilt, j)
         normal, tangential = 1.0 - along * tilt, along + tilt
         for a in range(p):
@@ -241,7 +255,7 @@ class Bent(BentArrays):
             w = normal * v.load(lanes, law.compliance, at)
             w = v.fma(tangential, v.load(lanes, law.compliance, at + 1), w)
             return v.fma(across, v.load(lanes, law.compliance, at + 2), w)
-        p = bent.coupling.shape[0]
+        p = bent.n_bent
         at = bent.place[j] * bent.n_places + bent.place[i]
         at = bent.begin[j] + at * (2 + p) * (3 + p)
         total = v.splat(lanes, 0.0)
@@ -269,7 +283,7 @@ class Bent(BentArrays):
         Returns the number of listed multipliers, the last of which push the bent modes.
         """
         bent, n_points = law.kinematics, state.penetration.shape[0] - 1
-        p, blade, end = bent.coupling.shape[0], -1, 3 * n
+        p, blade, end = bent.n_bent, -1, 3 * n
         for b in range(n):
             j = state.active[b]
             force, tilt = v.load(lanes, state.multiplier, j), v.load(lanes, bent.tilt, j)
@@ -295,33 +309,42 @@ class Bent(BentArrays):
 @compiled(inner=True)
 def multiply(lanes: tuple, bent: BentArrays, state: State) -> None:
     """Products of the bent modes, and what they push and show (bent, state are modified)."""
-    p, n_products = bent.coupling.shape
+    p, n_products, n_pairs = bent.n_bent, bent.force.shape[0], bent.displacement.shape[1] // 2
     for b in range(bent.products.shape[0] // n_products):
-        m = b * n_products
+        begin = m = b * n_products
         for a in range(p):
             s = v.load(lanes, bent.bent, b * p + a)
             for c in range(a, p):
                 v.store(bent.products, m, s * v.load(lanes, bent.bent, b * p + c))
                 m += 1
-        for a in range(p):
-            total = total_of(lanes, bent, bent.coupling, a, b)
-            for row in range(a * p, min(a * p + p, bent.quartic.shape[0])):
-                s = v.load(lanes, bent.bent, b * p + row - a * p)
-                total = v.fma(s, total_of(lanes, bent, bent.quartic, row, b), total)
-            v.store(state.late, b * p + a, total)
+        for a in range(p if n_products > n_pairs else 0):
+            s = v.load(lanes, bent.bent, b * p + a)
+            for pair in range(n_pairs - (p - a) * (p - a + 1) // 2, n_pairs):
+                v.store(bent.products, m, s * v.load(lanes, bent.products, begin + pair))
+                m += 1
+        for a in range(0, p - 1, 2):
+            push_bent(lanes, PAIR, bent, state, b, a)
+        if p % 2 == 1:
+            push_bent(lanes, ONE, bent, state, b, p - 1)
     for o in range(bent.observed.shape[0]):
-        total = total_of(lanes, bent, bent.observed, o, bent.observed_blade[o])
+        total, begin = v.splat(lanes, 0.0), bent.observed_blade[o] * n_products
+        for m in range(n_pairs):
+            product = v.load(lanes, bent.products, begin + m)
+            total = v.fma(product, bent.observed[o, m], total)
         v.store(state.beyond, o, total)
 
 
 @compiled(inline=True, inner=True)
-def total_of(lanes: tuple, bent: BentArrays, table: np.ndarray, row: int, blade: int) -> np.ndarray:
-    """Sum (L,) of the products of a blade with a row of a table (n, M)."""
-    n_products, total = table.shape[1], v.splat(lanes, 0.0)
+def push_bent(
+    lanes: tuple, tile: tuple, bent: BentArrays, state: State, b: int, first: int
+) -> None:
+    """Force of the products of blade b on a tile of its bent modes (state is modified)."""
+    n_products, modes = bent.force.shape[0], v.consecutive(tile, first)
+    total = v.tile_splat(tile, v.splat(lanes, 0.0))
     for m in range(n_products):
-        product = v.load(lanes, bent.products, blade * n_products + m)
-        total = v.fma(product, table[row, m], total)
-    return total
+        product = v.load(lanes, bent.products, b * n_products + m)
+        total = v.tile_add(total, bent.force, m, modes, product)
+    v.store(state.late, v.consecutive(tile, b * bent.n_bent + first), total)
 
 
 @compiled(inner=True)
