@@ -14,6 +14,7 @@ from evidence.page import table
 from evidence.truth import harmonics
 from evidence.truth.chain import assemble
 from evidence.validation import report
+from evidence.validation.report import Verdict
 from hpcrub.config.schema import Config
 from hpcrub.model.elements import Beam, frame_element
 from hpcrub.model.reduction import mistuned_modes
@@ -35,6 +36,8 @@ PUBLISHED = (
     (4.0, (1.04,), (0.09488,)),
     (20.0, (1.0, 1.01, 1.02), (0.21017, None, 0.21694)),
 )
+# the upper branch goes on: stiffness, ratios, and the displacement published for the last one [mm]
+BEYOND = 4.0, (1.02, 1.025, 1.03, 1.035, 1.04), 0.28373
 SERIES = 20, 60  # harmonics
 ALLOWED, EXACT = 1e-3, 1e-4
 
@@ -82,15 +85,51 @@ def last_turn(path, stiffness, hertz, motion):
     return piece.position[:, :, 0] @ modes.normal[0]
 
 
+def stop_and_rod(stiffness):
+    """Arguments of `harmonics` but for the frequency and the motion; stiffness: over EA/L."""
+    squares, shapes = eigh(*matrices()[::-1])
+    rod = {"shape": shapes[0], "omega": np.sqrt(squares), "damping_ratio": DAMPING_RATIO}
+    return rod | {"stop": (stiffness * YOUNG * AREA / LENGTH, GAP)}
+
+
+def coefficients(u, n_harmonics):
+    """Fourier coefficients (n_harmonics + 1,) of a period (n,) that ends at time 0."""
+    c = 2.0 * np.fft.rfft(np.roll(u, 1))[: n_harmonics + 1] / len(u)
+    c[0] /= 2.0
+    return c
+
+
 def balanced(stiffness, drive, n_harmonics, u):
     """Largest displacement by harmonic balance, from a motion u (n,) of a period [m]."""
-    M, K = matrices()
-    squares, shapes = eigh(K, M)
-    guess = 2.0 * np.fft.rfft(np.roll(u, 1))[: n_harmonics + 1] / len(u)
-    guess[0] /= 2.0
-    stop = stiffness * YOUNG * AREA / LENGTH, GAP
-    rod = shapes[0], np.sqrt(squares), DAMPING_RATIO, LOAD
-    return harmonics.largest(*rod, stop, drive, guess)
+    guess = coefficients(u, n_harmonics)
+    rod = stop_and_rod(stiffness)
+    return np.abs(harmonics.periodic(**rod, load=LOAD, drive=drive, guess=guess)[1]).max()
+
+
+def stability(path, first, motion, u):
+    """Rows of the upper branch beyond its last motion that stays, and verdicts on them.
+
+    motion, u: Motion and period of the motion at the ratio before the first of `BEYOND`.
+    """
+    stiffness, ratios, published = BEYOND
+    rod, c, rows = stop_and_rod(stiffness), coefficients(u, SERIES[0]), []
+    for ratio in ratios:
+        drive = ratio * first
+        c, balanced = harmonics.periodic(**rod, load=LOAD, drive=drive, guess=c)
+        largest = np.abs(harmonics.multipliers(**rod, drive=drive, u=balanced)).max()
+        periods = [last_turn(path, stiffness, drive / (2.0 * np.pi), motion) for _ in range(2)]
+        before, after = (np.abs(period).max() for period in periods)
+        rows.append([ratio, 1e3 * np.abs(balanced).max(), largest, abs(after / before - 1.0)])
+    known, last = rows[0], rows[-1]
+    verdicts = [
+        report.at_most(f"{SERIES[0]} harmonics, off {published} mm",
+                       abs(last[1] / published - 1.0), 3.0 * EXACT),
+        Verdict(f"multiplier at {last[0]:g} ω₁, which does not stay", last[2], 1.0, np.inf),
+        Verdict("hpcrub there, from one period to a later one", last[3], 1e-3, np.inf),
+        report.at_most(f"multiplier at {known[0]:g} ω₁, which stays", known[2], 1.0),
+        report.at_most("hpcrub there, from one period to a later one", known[3], 1e-3),
+    ]  # fmt: skip
+    return [[f"{x:.4g}" for x in row] for row in rows], verdicts
 
 
 def section(_folder):
@@ -104,6 +143,8 @@ def section(_folder):
             motion = Motion.at_rest(1, N_ELEMENTS + 1)
             for ratio, known in zip(ratios, published, strict=True):
                 u = last_turn(path, stiffness, ratio * first / (2.0 * np.pi), motion)
+                if (stiffness, ratio) == (BEYOND[0], BEYOND[1][0]):
+                    branch = motion, u
                 if known is None:
                     continue
                 short, long = (1e3 * balanced(stiffness, ratio * first, n, u) for n in SERIES)
@@ -111,6 +152,7 @@ def section(_folder):
                 off.append([found / known - 1.0, found / long - 1.0, short / known - 1.0])
                 numbers = [f"{value:.5f}" for value in (known, found, short, long)]
                 rows.append([f"{stiffness:g}", f"{ratio:g}", *numbers, f"{off[-1][0]:.0e}"])
+        beyond, on_stability = stability(path, first, *branch)
     worst = np.abs(off).max(axis=0)
     verdicts = [
         report.at_most("hpcrub, off the published displacements", worst[0], ALLOWED),
@@ -119,4 +161,6 @@ def section(_folder):
     ]
     heads = ["k L/EA", "ω/ω₁", "published [mm]", "hpcrub [mm]"]
     heads += [f"{n} harmonics [mm]" for n in SERIES]
-    return {"branches": table([*heads, "off published"], rows)}, verdicts
+    parts = {"branches": table([*heads, "off published"], rows)}
+    heads = ["ω/ω₁", heads[-2], "largest Floquet multiplier", "hpcrub, change to a later period"]
+    return parts | {"stability": table(heads, beyond)}, verdicts + on_stability
