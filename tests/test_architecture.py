@@ -72,6 +72,18 @@ def test_files_and_functions_are_short_but_those_that_a_page_names():
         assert long <= named, path
 
 
+def test_the_page_names_the_modules_of_every_room():
+    page = (PACKAGE.parent / "docs/architecture.md").read_text("utf-8")
+    modules = page.partition("## The modules")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| `([a-z_/]+)` \| (.*) \|$", modules, re.MULTILINE)
+    assert len(rows) > 10
+    for room, text in rows:
+        named = set(re.findall("`([a-z_0-9]+)`", text))
+        files = {path.stem for path in (PACKAGE / room).glob("[!_]*.py")}
+        below = {path.stem for path in (PACKAGE / room).rglob("[!_]*.py")}
+        assert (files - named, named - below) == (set(), set()), room
+
+
 def test_evidence_needs_no_tests():
     modules = (PACKAGE.parent / "evidence").rglob("*.py")
     assert [p for p in modules if "from tests" in p.read_text("utf-8")] == []

@@ -81,11 +81,16 @@ def _folded(G: np.ndarray) -> np.ndarray:
     return -np.where(a == c, 0.5, 1.0) * G[..., a, c]
 
 
-def _folded_thrice(V: np.ndarray) -> np.ndarray:
-    """Coefficients (p, T) of s_a s_c s_d, a ≤ c ≤ d, in −⅙ Σ V_eacd s_a s_c s_d."""
-    triples = list(combinations_with_replacement(range(len(V)), 3))
+def _forces_of_products(second: Any) -> np.ndarray:
+    """Force of each product on every bent mode (M + T, p); second: a SecondOrder.
+
+    Each product of three stands once, with all its orders in −⅙ Σ D_abcd s_b s_c s_d.
+    """
+    D, p = second.quartic, len(second.coupling)
+    triples = list(combinations_with_replacement(range(len(D)), 3))
     orders = [len(set(permutations(triple))) for triple in triples]
-    return -V[(slice(None), *np.transpose(triples))] * orders / 6.0
+    thrice = -D[(slice(None), *np.transpose(triples))] * orders / 6.0
+    return np.concatenate([_folded(second.coupling).T, thrice.reshape(p, -1).T])
 
 
 class Bent(BentArrays):
@@ -107,13 +112,11 @@ class Bent(BentArrays):
         n, C = len(interface.angle), columns(rows.normal).shape[1]
         counts, padding = interface.points_per_blade, (0, C - n)
         order, first = np.argsort(interface.blade, kind="stable"), np.cumsum(counts) - counts
-        place = np.empty(n, dtype=np.int64)
-        place[order] = np.arange(n) - first[interface.blade[order]]
+        place = (np.arange(n) - first[interface.blade[order]])[np.argsort(order)]
         # blades of the cyclic basis, whose points are known to correspond, share one table
         table = interface.blade if len(rows.points) == 1 else np.zeros(n, dtype=np.int64)
         size = counts.max() ** 2 * (2 + p) * (3 + p)
-        thrice = _folded_thrice(second.quartic).reshape(p, -1)
-        force = np.concatenate([_folded(second.coupling).T, thrice.T])
+        force = _forces_of_products(second)
         n_steps = grid.steps_per_revolution
         bump = scene.casing.table(interface.angle, n_steps, grid.steps_per_block)
         reach = min(int(REACH * n_steps / (2.0 * np.pi)), grid.steps_per_block // 2)
