@@ -31,12 +31,12 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     Raises InputError: a file is missing or cannot be read.
     """
     folder = Path(folder)
-    nodes = table(folder / "nodes.csv", 4)
+    nodes = table(folder / "nodes.csv", width=4)[1]
     nodes = nodes[np.argsort(nodes[:, 0])]
     number = whole(nodes[:, 0], "nodes.csv")
     if len(twice := number[1:][np.diff(number) == 0]):
         raise InputError(f"nodes.csv: node {twice[0]} stands there twice")
-    dof = whole(table(folder / "dof.csv", 2), "dof.csv")
+    dof = whole(table(folder / "dof.csv", width=2)[1], "dof.csv")
     placed = dof[:, 1] > 0  # rows of direction 0 belong to no node
     place = places(np.where(placed, dof[:, 0], number[0]), number, "dof.csv")
     contact = _of_width(folder / "contact.csv", 3)
@@ -89,7 +89,7 @@ def _matrices(folder: Path) -> dict[str, Path]:
 
 
 def _of_width(path: Path, most: int) -> np.ndarray:
-    values = table(path)
+    values = table(path)[1]
     if values.shape[1] > most:
         raise InputError(f"{path}: {values.shape[1]} numbers in a line, {most} at most expected")
     return values
