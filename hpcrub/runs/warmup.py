@@ -25,8 +25,10 @@ def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> No
     The code depends on disk, contact law and `histories`: whether the study keeps motions.
     """
     modes = rubbing_modes(config, problem, np.zeros(config.disk.n_blades))
-    few = {"window_revolutions": 1, "first_check": 1.0 / SPEED, "max_time": 2.0 / SPEED}
-    scene = problem.scene._replace(steady=problem.scene.steady._replace(**few))
+    steady = problem.scene.steady._replace(
+        window_revolutions=1, first_check=1.0 / SPEED, max_time=2.0 / SPEED
+    )
+    scene = problem.scene._replace(steady=steady)
 
     def load() -> None:
         for width in scene.lanes:
