@@ -153,21 +153,13 @@ def _waves(path: Any) -> dict[Any, Any]:
 
 
 def _profile(path: Any) -> dict[Any, Any]:
-    """Keys of a measured casing: its points sorted by angle, with 360° taken as 0°."""
+    """Keys of a measured casing: its points sorted by angle, of which 360° is 0°."""
     points = _table("casing.profile_csv", path, PROFILE_COLUMNS, MOST_POINTS + 1)
     angle, change = points.T
     if (angle < 0.0).any() or (angle > 360.0).any():
         raise InputError(f"casing.profile_csv: {path}: angles from 0 to 360 degrees are allowed")
-    if 0.0 in angle:
-        ends = [change[angle == at] for at in (0.0, 360.0)]
-        if ends[1].size and not np.isin(ends[1], ends[0]).all():
-            raise InputError(
-                f"casing.profile_csv: {path}: {ends[1][0]:g} mm at 360 degrees is not the "
-                f"{ends[0][0]:g} mm at 0 degrees, the same point"
-            )
-        points = points[angle < 360.0]  # the point at 0 degrees again
     points[:, 0] %= 360.0
-    points = points[np.argsort(points[:, 0], kind="stable")]
+    points = np.unique(points, axis=0)  # by angle; at 360 degrees may stand the first one again
     if not 4 <= len(points) <= MOST_POINTS:
         raise InputError(
             f"casing.profile_csv: {path} has {len(points)} points; 4 to {MOST_POINTS:,} are allowed"
@@ -175,7 +167,7 @@ def _profile(path: Any) -> dict[Any, Any]:
     twice = np.flatnonzero(np.diff(points[:, 0]) == 0.0)
     if len(twice):
         raise InputError(
-            f"casing.profile_csv: {path} has two points at {points[twice[0], 0]:g} degrees"
+            f"casing.profile_csv: {path} has two values at {points[twice[0], 0]:g} degrees"
         )
     if np.abs(change).max() > 1e4:
         raise InputError(f"casing.profile_csv: {path}: changes of radius of more than 10 m")

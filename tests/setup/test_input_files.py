@@ -134,8 +134,8 @@ def test_numbers_beside_the_table_that_has_others_are_refused(tmp_path, key, giv
         ("angle_deg,radius_change_mm\n0,0\n90\n", "line 3 has 1 numbers, 2 numbers per"),
         ("angle_deg,radius_change_mm\n0,0\n90,nan\n", "line 3: 'nan' is not a number"),
         ("angle_deg,radius_change_mm\n0,0\n90,0\n", "has 2 points; 4 to 3,600 are allowed"),
-        (PROFILE + "90,1\n", "two points at 90 degrees"),
-        (PROFILE + "360,1\n", "360 degrees"),
+        (PROFILE + "90,1\n", "two values at 90 degrees"),
+        (PROFILE + "360,1\n", "two values at 0 degrees"),
         (PROFILE + "361,1\n", "angles from 0 to 360 degrees"),
     ],
 )
