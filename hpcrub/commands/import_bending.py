@@ -10,7 +10,8 @@ from hpcrub.model.imported import bending, neutral
 from hpcrub.model.imported.assembly import PAIRING
 from hpcrub.model.imported.bent_blades import MOST
 from hpcrub.model.imported.neutral import NeutralModel
-from hpcrub.results import model_file, tables
+from hpcrub.model.imported.readers.text import columns
+from hpcrub.results import model_file
 
 COLUMNS = "x", "y", "z", "ux", "uy", "uz"
 
@@ -48,7 +49,7 @@ def _moved(path: Path, blade: Any, length: float) -> Any:
     """Displacements of all nodes of the blade (n_nodes, 3) [m] from a table of places."""
     from scipy.spatial import cKDTree  # slow to import, and needed by imports only
 
-    values = length * tables.columns(path, COLUMNS, tables.MOST_ROWS)
+    values = length * columns(path, COLUMNS)
     placed = np.flatnonzero(np.isfinite(blade.nodes).all(axis=1))
     own = np.intersect1d(placed, blade.dof[:, 0])  # held nodes need not be told
     apart, nearest = cKDTree(values[:, :3]).query(blade.nodes[own])

@@ -17,8 +17,9 @@ from hpcrub.model.imported.arrays import Arrays
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import abaqus, ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import Lists, whole
+from hpcrub.model.imported.readers.text import table
 from hpcrub.ranks.progress import say
-from hpcrub.results import model_file, tables
+from hpcrub.results import model_file
 
 HALF_RANGE, DAMPING = 0.01, 0.005  # mistuning and damping in the sentence on coupling
 LEAN = 1e-3  # lift by friction, below which blades count as straight: they move neither in nor out
@@ -164,14 +165,14 @@ def _add_stresses(arrays: Any, options: Any) -> None:
     length, mass, time = _table_units(options) / own
     unit = mass / (length * time**2)
     if options.stress:
-        dof, values = there.integers("dof", 2), tables.read(options.stress)[1]
+        dof, values = there.integers("dof", 2), table(options.stress)[1]
         _require_columns(options.stress, values, 1 + len(dof))
         of = f"{options.stress}, first column, the blade from 0"
         arrays["stress_blade"] = whole(values[:, 0], of)
         rotates = np.isin(dof[:, 1], neutral.ROTATIONS)
         arrays["stress"] = values[:, 1:] * np.where(rotates, unit, unit / length)
     if options.static:
-        values = tables.read(options.static)[1]
+        values = table(options.static)[1]
         _require_columns(options.static, values, 1)
         arrays["stress_static"] = unit * values[:, 0]
 

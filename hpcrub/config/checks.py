@@ -246,14 +246,10 @@ def _ring_problems(casing: Any) -> Iterator[Any]:
     ring, modes = casing.ring, casing.modes
     is_ring, waves = ring.thickness_mm is not None, ring.waves
     twice = sorted({n for n in waves if waves.count(n) > 1})
-    is_held = ring.bed_radial_n_per_m2 > 0.0 or ring.bed_tangential_n_per_m2 > 0.0
     yield from lines_of(
         (casing.vibrates and casing.growth_time_s == 0.0,
          "casing.growth_time_s: 0 starts with bumps that overlap the tips, and a casing that "
          "vibrates is thrown away by a force that grows as the step shrinks; give a time > 0"),
-        (is_ring and 1 in waves and not is_held,
-         "casing.ring.waves: nothing holds the ring in n = 1; give "
-         "casing.ring.bed_radial_n_per_m2, or leave 1 out"),
         *((is_ring, f"casing.ring.waves: {n} is given twice") for n in twice),
     )  # fmt: skip
     for number, mode in enumerate(modes):

@@ -46,14 +46,6 @@ class Blades(NamedTuple):
     deviation: np.ndarray  # relative, of each blade's stiffness from that of the modes (N,) [-]
     reference: float  # deviation of all blades of the modes from the tuned disk [-]
 
-    @classmethod
-    def of_one(cls, modes: np.ndarray) -> "Blades":
-        """Blade of a disk of one blade and one point; modes: y of one mode of the blade (1, K)."""
-        n, none = modes.shape[1], np.zeros(0, dtype=int)
-        first = np.zeros((1, 1), dtype=int)
-        kinds = np.ones((1, n), dtype=bool)
-        return cls(np.zeros(n, int), first, first, modes[None], kinds, none, np.zeros(1), 0.0)
-
     @property
     def stiffer(self) -> np.ndarray:
         """Stress at every place over that of the tuned disk in the same motion (R,) [-].

@@ -3,12 +3,7 @@
 import contextlib
 import errno
 import fcntl
-import itertools
 import os
-import signal
-import threading
-import time
-import uuid
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +11,6 @@ from typing import Any
 from hpcrub.errors import InputError, complain, reason
 
 NO_LOCKS = errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP  # errors of a file system without locks
-BEAT, SILENCE = 2.0, 60.0  # [s] between two signs of life of a job; after which it counts as dead
 
 
 class Lock:
@@ -26,15 +20,13 @@ class Lock:
     without locks it takes the existence of this file for a lock, so that after kill -9 nobody could
     go on.
 
-    Without locks a job writes its name and a count into the file, again and again: signs of life.
-    One that comes looks for them, writes its name, and owns the file if that is still there a beat
-    later, as in Fischer's algorithm (Lamport, ACM Trans. Comput. Syst. 5, 1987).
+    On a file system without locks a line says that nobody is kept off. Two jobs on one file then
+    compute the same bits twice.
     """
 
     def __init__(self, path: str | Path) -> None:
         """Take the lock. Raises InputError when another job has it or the folder cannot be used."""
         self.path = Path(f"{os.path.realpath(path)}.hpcrub-lock")
-        self._over = threading.Event()
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             while not self._locked(path):
@@ -51,46 +43,12 @@ class Lock:
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            if error.errno in (errno.EAGAIN, errno.EACCES) or not self._claim():
+            if error.errno in (errno.EAGAIN, errno.EACCES):
                 raise InputError(f"{path} is in use by another job") from None
-            return True
+            complain(
+                f"hpcrub: no locks in {self.path.parent}: a second job on {path} is not noticed"
+            )
         return self._is_named()
-
-    def _claim(self) -> bool:
-        """Own the file by signs of life in it; returns False when another job does."""
-        if seen := self._words():
-            complain(f"hpcrub: another job began {self.path}: for {SILENCE:g} s looking if it runs")
-            time.sleep(SILENCE)
-            if self._words() != seen:
-                return False
-        name, count = uuid.uuid4().hex, itertools.count()
-
-        def sign() -> None:
-            os.pwrite(self._file.fileno(), f"{name} {next(count):12}".encode(), 0)
-            os.fsync(self._file.fileno())
-
-        def live() -> None:
-            while not self._over.wait(BEAT):
-                with contextlib.suppress(OSError, ValueError):
-                    if (words := self._words()) and not words.startswith(name.encode()):
-                        self._file.close()  # taken over while this job was suspended
-                        self._over.set()
-                        os.kill(os.getpid(), signal.SIGTERM)
-                    else:
-                        sign()
-
-        sign()
-        time.sleep(BEAT)
-        if not self._words().startswith(name.encode()):
-            return False
-        threading.Thread(target=live, daemon=True).start()
-        return True
-
-    def _words(self) -> Any:
-        """What the file holds; it is opened anew, since NFS asks its server only then."""
-        with contextlib.suppress(FileNotFoundError):
-            return self.path.read_bytes()
-        return b""
 
     def _is_named(self) -> Any:
         """Whether the name still belongs to the locked file."""
@@ -101,7 +59,6 @@ class Lock:
 
     def release(self) -> None:
         """Release the lock and remove its file; a second call does nothing."""
-        self._over.set()
         if self._file.closed:
             return
         with contextlib.suppress(OSError):  # in a folder that is read-only by now the file stays

@@ -4,9 +4,9 @@ import contextlib
 import glob
 import hashlib
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import Interrupted
+from hpcrub.response.run_up import Runner
 from hpcrub.results import ownership, provenance
 
 EVERY = 60.0  # [s] between two states of a task
@@ -32,22 +33,6 @@ def forget_all(output: str | Path) -> None:
             path.unlink(missing_ok=True)
 
 
-class Resumable(Protocol):
-    """A long computation whose state can be kept."""
-
-    def go_on(self) -> Iterator[int]:
-        """Go on, and yield where it can be interrupted."""
-
-    def result(self) -> Any:
-        """What it has computed in the end."""
-
-    def state(self) -> dict[str, np.ndarray]:
-        """All that has changed since the begin, by name."""
-
-    def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go on from a state."""
-
-
 class Kept:
     """The kept state of one task, in a file that is replaced in one step."""
 
@@ -60,7 +45,7 @@ class Kept:
         self.origin = np.array(hashlib.sha256(words.encode()).hexdigest())
         self.saved = time.monotonic()
 
-    def finish(self, work: Resumable, poll: Any) -> Any:
+    def finish(self, work: Runner, poll: Any) -> Any:
         """Go on from the kept state, if there is one, to the end; keep the state in between.
 
         poll: called often. Raises what it raises, after the state is kept. Returns the result.
@@ -79,7 +64,7 @@ class Kept:
                 self._save(work)
         return work.result()
 
-    def _save(self, work: Resumable) -> None:
+    def _save(self, work: Runner) -> None:
         self.saved = time.monotonic()
         parts: dict[str, Any] = work.state()
         with (

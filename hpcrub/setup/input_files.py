@@ -10,7 +10,8 @@ from hpcrub.config.casing import MOST_POINTS, CasingMode
 from hpcrub.config.checks import deviation_of, pattern_problem
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
-from hpcrub.results import model_file, tables
+from hpcrub.model.imported.readers.text import columns, table
+from hpcrub.results import model_file
 from hpcrub.setup import imported
 
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
@@ -43,8 +44,8 @@ def with_tables(config: Config) -> Config:
     """Complete a configuration from its tables only; a model file may be too large to read."""
     casing, aero, mistuning = config.casing, config.aero, config.mistuning
     curves = {
-        key: _table(key, path, columns, MOST_POINTS_OF_CURVE).tolist()
-        for key, columns in CURVES.items()
+        key: _table(key, path, names, MOST_POINTS_OF_CURVE).tolist()
+        for key, names in CURVES.items()
         if isinstance(path := config.value(key), str)
     }
     config = config.replace(curves) if curves else config
@@ -113,7 +114,7 @@ def _patterns(config: Any) -> Any:
 def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -> np.ndarray:
     """Deviations (disks, N) in a table of patterns [-]; cached, because every sample reads it."""
     model_file.require("mistuning.pattern", path, checksum)
-    values = tables.read(path)[1]
+    values = table(path)[1]
     deviations = np.array([deviation_of(row, unit, young_modulus_gpa) for row in values])
     if problem := pattern_problem(values, deviations, unit):
         raise InputError(f"mistuning.pattern: {path}: {problem}")
@@ -123,7 +124,7 @@ def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -
 def _table(key: str, path: Any, names: Any, most: Any) -> Any:
     """Columns (rows, names) of the table that a key names, of `most` rows at most."""
     try:
-        return tables.columns(path, names, most)
+        return columns(path, names, most)
     except InputError as error:
         raise InputError(f"{key}: {error}") from None
 
@@ -152,30 +153,22 @@ def _waves(path: Any) -> dict[Any, Any]:
 
 
 def _profile(path: Any) -> dict[Any, Any]:
-    """Keys of a measured casing: its points sorted by angle, with 360° taken as 0°."""
-    table = _table("casing.profile_csv", path, PROFILE_COLUMNS, MOST_POINTS + 1)
-    angle, change = table.T
+    """Keys of a measured casing: its points sorted by angle, of which 360° is 0°."""
+    points = _table("casing.profile_csv", path, PROFILE_COLUMNS, MOST_POINTS + 1)
+    angle, change = points.T
     if (angle < 0.0).any() or (angle > 360.0).any():
         raise InputError(f"casing.profile_csv: {path}: angles from 0 to 360 degrees are allowed")
-    if 0.0 in angle:
-        ends = [change[angle == at] for at in (0.0, 360.0)]
-        if ends[1].size and not np.isin(ends[1], ends[0]).all():
-            raise InputError(
-                f"casing.profile_csv: {path}: {ends[1][0]:g} mm at 360 degrees is not the "
-                f"{ends[0][0]:g} mm at 0 degrees, the same point"
-            )
-        table = table[angle < 360.0]  # the point at 0 degrees again
-    table[:, 0] %= 360.0
-    table = table[np.argsort(table[:, 0], kind="stable")]
-    if not 4 <= len(table) <= MOST_POINTS:
+    points[:, 0] %= 360.0
+    points = np.unique(points, axis=0)  # by angle; at 360 degrees may stand the first one again
+    if not 4 <= len(points) <= MOST_POINTS:
         raise InputError(
-            f"casing.profile_csv: {path} has {len(table)} points; 4 to {MOST_POINTS:,} are allowed"
+            f"casing.profile_csv: {path} has {len(points)} points; 4 to {MOST_POINTS:,} are allowed"
         )
-    twice = np.flatnonzero(np.diff(table[:, 0]) == 0.0)
+    twice = np.flatnonzero(np.diff(points[:, 0]) == 0.0)
     if len(twice):
         raise InputError(
-            f"casing.profile_csv: {path} has two points at {table[twice[0], 0]:g} degrees"
+            f"casing.profile_csv: {path} has two values at {points[twice[0], 0]:g} degrees"
         )
     if np.abs(change).max() > 1e4:
         raise InputError(f"casing.profile_csv: {path}: changes of radius of more than 10 m")
-    return {"casing.profile_deg": table[:, 0].tolist(), "casing.profile_mm": table[:, 1].tolist()}
+    return {"casing.profile_deg": points[:, 0].tolist(), "casing.profile_mm": points[:, 1].tolist()}

@@ -57,7 +57,7 @@ for text in sys.argv[1:]:
 @pytest.mark.parametrize(("folder", "told"), [("", True), ("folder", False)])
 def test_a_run_that_cannot_keep_compiled_code_says_so(folder, told, monkeypatch, capsys):
     monkeypatch.setattr(numba.config, "CACHE_DIR", folder)
-    monkeypatch.setattr(warmup, "_load", lambda *args: None)
+    monkeypatch.setattr(warmup.sweep, "run_sweep", lambda *args, **how: None)
     warmup.warm_up(Team(), Config(), build_problem(Config()), False)
     assert ("XDG_CACHE_HOME" in capsys.readouterr().out) == told
 

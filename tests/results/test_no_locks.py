@@ -2,16 +2,13 @@
 
 import os
 import shutil
-import signal
 import subprocess
-import sys
-import time
 
 import pytest
 
 from evidence.truth.hexahedra import sector_arrays
 from hpcrub.results import model_file
-from tests.program import ENVIRONMENT, datasets, run, run_on
+from tests.program import datasets, run
 
 LIBRARY = r"""
 #define _GNU_SOURCE
@@ -33,14 +30,6 @@ int flock(int file, int how) { errno = ENOLCK; return -1; }
   }
 WITHOUT_LOCKS(fcntl)
 WITHOUT_LOCKS(fcntl64)
-"""
-LOCK = """\
-import sys, time
-from hpcrub.results import ownership
-ownership.BEAT, ownership.SILENCE = 0.5, 3.0
-ownership.Lock(sys.argv[1])
-print("mine", flush=True)
-time.sleep(float(sys.argv[2]))
 """
 READING = """\
 import hpcrub
@@ -66,9 +55,11 @@ def lockless(folder, monkeypatch):
 
 @pytest.mark.parametrize(("ranks", "others"), [(0, 2), (2, 0)])
 def test_a_study_runs_goes_on_and_is_read(tiny, lockless, ranks, others):
-    run_on(ranks, tiny, folder=lockless)
+    code, _, err = run(ranks, tiny, "--no-figures", folder=lockless)
+    assert (code, err.count("a second job on")) == (0, 1)
     before = datasets(lockless / "results/tiny.h5")  # of this process, which has locks
-    run_on(others, tiny, "--resume", folder=lockless)
+    code, _, err = run(others, tiny, "--resume", "--no-figures", folder=lockless)
+    assert (code, err.count("a second job on")) == (0, 1)
     assert datasets(lockless / "results/tiny.h5") == before
     assert sorted(os.listdir(lockless / "results")) == ["tiny.h5", "tiny.runs.jsonl"]
     (lockless / "read.py").write_text(READING)
@@ -84,41 +75,3 @@ def test_a_model_file_is_written_and_read(lockless):
     code, _, err = run(0, *command, folder=lockless)
     assert (code, err) == (0, "")
     assert model_file.read("copy.h5").keys() >= model_file.read("sector.h5").keys()
-
-
-def job(seconds):
-    """A job that owns result.h5 for some seconds, if it can."""
-    return subprocess.Popen(
-        [sys.executable, "-c", LOCK, "result.h5", str(seconds)],
-        env=os.environ | ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-
-
-def test_a_second_job_is_kept_off_until_the_first_is_dead(lockless):
-    first = job(60)
-    assert first.stdout.readline() == "mine\n"
-    out, err = job(0).communicate()
-    assert out == ""
-    assert "InputError: result.h5 is in use by another job" in err
-    first.kill()
-    first.wait()
-    out, err = job(0).communicate()
-    assert (out, err.count("\n")) == ("mine\n", 1), err
-
-
-def test_of_jobs_that_begin_together_one_gets_the_file(lockless):
-    jobs = [job(5) for _ in range(4)]
-    assert sorted(one.communicate()[0] for one in jobs) == ["", "", "", "mine\n"]
-
-
-def test_a_job_that_was_suspended_stops_when_another_has_its_file(lockless):
-    first = job(60)
-    assert first.stdout.readline() == "mine\n"
-    first.send_signal(signal.SIGSTOP)
-    second = job(60)
-    assert second.stdout.readline() == "mine\n"
-    first.send_signal(signal.SIGCONT)
-    assert first.wait(timeout=30) == -signal.SIGTERM
-    time.sleep(1.0)
-    assert second.poll() is None
-    second.kill()

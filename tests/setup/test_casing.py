@@ -56,6 +56,7 @@ def test_waves_that_the_steps_do_not_resolve_are_refused():
     [  # both came as far as a traceback, or as a twist of the casing at the breathing frequency
         ({"ring": RING | {"waves": [1, 2], "bed_radial_n_per_m2": 1e-6}},
          "casing.ring.waves: nothing holds the wave n = 1 in a ring of 20 mm on a bed of 1e-06"),
+        ({"ring": RING | {"waves": [1, 2]}}, "nothing holds the wave n = 1 in a ring of 20 mm on"),
         ({"ring": RING | {"radius_mm": 400}}, "a ring of 400 mm lies inside the blade tips, which"),
         ({"ring": RING | {"radius_mm": 0.5}}, "a ring of 0.5 mm lies inside the blade tips, which"),
         ({"modes": [BREATHING | {"tangential_ratio": -0.5}]},

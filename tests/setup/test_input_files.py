@@ -9,7 +9,7 @@ from hpcrub.config import parts
 from hpcrub.config.casing import CasingMode
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
-from hpcrub.results import tables
+from hpcrub.model.imported.readers import text as texts
 from hpcrub.setup import input_files
 from hpcrub.setup.disks import deviation, fixed_disks, run_deviation, sigma_of
 from hpcrub.studies import open_result
@@ -85,9 +85,16 @@ def test_a_table_that_is_far_too_long_is_refused_before_it_is_read(tmp_path, mon
     """100,000 lines took 39 s to be refused."""
     names, row = TABLES[key].split("\n")[:2]
     (tmp_path / "table.csv").write_text(names + ("\n" + row) * 3602)
-    monkeypatch.setattr(tables.csv, "reader", None)  # what takes the time
+    monkeypatch.setattr(texts, "_number", None)  # what takes the time
     config = Config().replace({key: str(tmp_path / "table.csv")})
     assert "table.csv: more than " in refusal(input_files.with_tables, config)
+
+
+def test_a_table_of_a_german_spreadsheet_is_the_same_casing(tmp_path):
+    (tmp_path / "plain.csv").write_text(PROFILE)
+    (tmp_path / "german.csv").write_text(PROFILE.replace(",", ";").replace(".", ","))
+    plain, german = (resolved(tmp_path / f"{name}.csv").casing for name in ("plain", "german"))
+    assert (german.profile_deg, german.profile_mm) == (plain.profile_deg, plain.profile_mm)
 
 
 @pytest.mark.parametrize("digits", ["1_0", "\u0661", "0x1", "1e"])
@@ -124,11 +131,11 @@ def test_numbers_beside_the_table_that_has_others_are_refused(tmp_path, key, giv
         ("0,1\n90,0\n180,0\n270,1\n", "a line of numbers instead of the names angle_deg"),
         ("angle,radius\n0,1\n", "angle, radius instead of the names angle_deg, radius_change_mm"),
         ("angle_deg,radius_change_mm\n0,0\n90,x\n", "line 3: 'x' is not a number"),
-        ("angle_deg,radius_change_mm\n0,0\n90\n", "line 3 has 1 value, line 1 has 2"),
+        ("angle_deg,radius_change_mm\n0,0\n90\n", "line 3 has 1 numbers, 2 numbers per"),
         ("angle_deg,radius_change_mm\n0,0\n90,nan\n", "line 3: 'nan' is not a number"),
         ("angle_deg,radius_change_mm\n0,0\n90,0\n", "has 2 points; 4 to 3,600 are allowed"),
-        (PROFILE + "90,1\n", "two points at 90 degrees"),
-        (PROFILE + "360,1\n", "360 degrees"),
+        (PROFILE + "90,1\n", "two values at 90 degrees"),
+        (PROFILE + "360,1\n", "two values at 0 degrees"),
         (PROFILE + "361,1\n", "angles from 0 to 360 degrees"),
     ],
 )
@@ -163,7 +170,7 @@ def test_a_table_of_names_alone_is_refused(tmp_path, key, names):
     """Without any mode or wave the study went on, to a traceback."""
     (tmp_path / "names.csv").write_text(names + "\n")
     config = Config().replace({key: str(tmp_path / "names.csv")})
-    assert "names.csv: an empty table" in refusal(input_files.resolved, config)
+    assert "names.csv: there are no numbers in it" in refusal(input_files.resolved, config)
 
 
 def test_a_result_keeps_its_profile_and_refuses_another(folder, capfd):

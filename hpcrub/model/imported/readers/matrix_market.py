@@ -1,19 +1,23 @@
 """Reader of MatrixMarket files with CSV lists, as Abaqus, Code_Aster and scripts write them."""
 
+import io
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.io import hb_read, mminfo, mmread
 
 from hpcrub.errors import InputError, reading
 from hpcrub.model.imported.neutral import AT_SPEEDS, POLYNOMIAL
-from hpcrub.model.imported.readers import harwell_boeing
 from hpcrub.model.imported.readers.rows import places, store, whole
 from hpcrub.model.imported.readers.text import content, existing, numbers, table
 
 MATRICES = "K", "M", *POLYNOMIAL, *AT_SPEEDS, "K_blade"
 ENDINGS = ".hb", ".mtx"  # the last one counts where both are there
+BANNER = "%%MatrixMarket"
+HARWELL_BOEING = re.compile(r"[RCP][SUHZR][AE]\s")  # the third line of a file begins so
 
 
 def read(folder: str | Path, n_sectors: int = 0) -> dict:
@@ -27,12 +31,12 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     Raises InputError: a file is missing or cannot be read.
     """
     folder = Path(folder)
-    nodes = table(folder / "nodes.csv", 4)
+    nodes = table(folder / "nodes.csv", width=4)[1]
     nodes = nodes[np.argsort(nodes[:, 0])]
     number = whole(nodes[:, 0], "nodes.csv")
     if len(twice := number[1:][np.diff(number) == 0]):
         raise InputError(f"nodes.csv: node {twice[0]} stands there twice")
-    dof = whole(table(folder / "dof.csv", 2), "dof.csv")
+    dof = whole(table(folder / "dof.csv", width=2)[1], "dof.csv")
     placed = dof[:, 1] > 0  # rows of direction 0 belong to no node
     place = places(np.where(placed, dof[:, 0], number[0]), number, "dof.csv")
     contact = _of_width(folder / "contact.csv", 3)
@@ -85,7 +89,7 @@ def _matrices(folder: Path) -> dict[str, Path]:
 
 
 def _of_width(path: Path, most: int) -> np.ndarray:
-    values = table(path)
+    values = table(path)[1]
     if values.shape[1] > most:
         raise InputError(f"{path}: {values.shape[1]} numbers in a line, {most} at most expected")
     return values
@@ -94,44 +98,51 @@ def _of_width(path: Path, most: int) -> np.ndarray:
 def matrix(path: Path, n: int) -> sp.csr_array:
     """Read a real matrix (n, n) of MatrixMarket or Harwell-Boeing, with exponents of C or Fortran.
 
-    It replaces SciPy's reader, which crashes on a truncated file. Raises InputError.
+    Raises InputError.
     """
     with reading(path):
-        text = content(path).upper()
-        if harwell_boeing.is_one(text):
-            return _square(harwell_boeing.matrix(text), n)
-        head, *lines = text.splitlines()
-        if not head.startswith("%%MATRIXMARKET"):
+        head, *lines = content(path).splitlines(keepends=True)
+        body = "".join(lines).upper().replace("D", "E")
+        if head.upper().startswith(BANNER.upper()):
+            found = _matrix_market(head, body)
+        elif HARWELL_BOEING.match(lines[1] if len(lines) > 1 else ""):
+            found = _harwell_boeing(head, body)
+        else:
             raise InputError(f"{path}: {_other_form(head)}")
-        size, *lines = (line for line in lines if line.strip() and not line.startswith("%"))
-        kind, field, symmetry = head.split()[2:]
-        symmetric = symmetry == "SYMMETRIC"
-        if field not in ("REAL", "INTEGER") or not (symmetric or symmetry == "GENERAL"):
-            raise ValueError(f"{field} {symmetry} is no real matrix".lower())
-        sparse, n_dense = kind == "COORDINATE", n * (n + 1) // 2 if symmetric else n**2
-        wanted = (n, n, len(lines)) if sparse else (n, n)
-        if tuple(map(int, size.split())) != wanted or not (sparse or len(lines) == n_dense):
-            raise ValueError(f"{size} in its head, but {n} rows of dof.csv and {len(lines)} lines")
-        if not text.endswith("\n"):
-            _require_end(lines)
-        values = np.loadtxt([line.replace("D", "E") for line in lines], ndmin=2)
-        if sparse:
-            i, j = whole(values[:, :2], str(path)).T - 1
-        else:  # column after column
-            j, i = np.triu_indices(n) if symmetric else np.divmod(np.arange(n**2), n)
-        stored = sp.coo_array((values[:, -1], (i, j)), shape=(n, n)).tocsr()
-        return stored + sp.triu(stored.T, 1) if symmetric else stored
+        if found.shape != (n, n):
+            raise ValueError(f"{found.shape[0]} x {found.shape[1]}, but {n} rows of dof.csv")
+        return found
 
 
-def _square(found: sp.csr_array, n: int) -> sp.csr_array:
-    if found.shape != (n, n):
-        raise ValueError(f"{found.shape[0]} x {found.shape[1]}, but {n} rows of dof.csv")
-    return found
+def _matrix_market(head: str, body: str) -> sp.csr_array:
+    text = f"{BANNER}{head[len(BANNER) :].lower()}{body}".encode()
+    _, _, n_entries, _, field, symmetry = mminfo(io.BytesIO(text))
+    if field not in ("real", "integer") or symmetry not in ("general", "symmetric"):
+        raise ValueError(f"{field} {symmetry} is no real matrix")
+    lines = body.splitlines()
+    if n_entries > 2 * len(lines):  # what would fill the memory; SciPy refuses other differences
+        raise ValueError(f"{n_entries} entries in its head, but {len(lines)} lines")
+    if not body.endswith("\n"):
+        _require_end(lines)
+    return sp.csr_array(mmread(io.BytesIO(text)))
+
+
+def _harwell_boeing(head: str, body: str) -> sp.csr_array:
+    """Matrix of a file, completed if it is symmetric; SciPy reads neither these nor right sides."""
+    counts, kind, formats, *lines = body.splitlines()
+    if kind[:3] not in ("RSA", "RUA"):
+        raise ValueError(f"{kind[:3]} is no real, assembled matrix (RSA, RUA)")
+    if "".join(counts.split()[4:]).strip("0"):
+        lines = lines[1:]  # what tells of right sides
+    formats = " ".join(formats.replace("1P,", "").split()[:3])
+    plain = "\n".join([head.strip(), counts[:56], f"RUA{kind[3:]}", formats, *lines, ""])
+    found = sp.csr_array(hb_read(io.StringIO(plain)))
+    return found + found.T - sp.diags_array(found.diagonal()) if kind[1] == "S" else found
 
 
 def _require_end(lines: list[str]) -> None:
     """Refuse a last line that may have been cut off: its number is shorter than another one."""
-    lengths = [len(line.split()[-1].lstrip("-+")) for line in lines]
+    lengths = [len(line.split()[-1].lstrip("-+")) for line in lines if line.split()]
     if lengths and lengths[-1] < max(lengths):
         raise ValueError(
             "it ends in the middle of a line; was it cut off? If not, add a line break at its end"

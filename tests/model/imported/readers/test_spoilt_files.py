@@ -188,7 +188,7 @@ def test_a_matrix_or_its_rows_that_never_end_are_refused(folder, ending):
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("dof.csv", "node,direction\n1,nan\n", "dof.csv: nan is no whole number"),
+        ("dof.csv", "node,direction\n1,nan\n", "dof.csv: line 2: 'nan' is not a number"),
         ("nodes.csv", "\n", "nodes.csv: there are no numbers in it"),
     ],
 )
