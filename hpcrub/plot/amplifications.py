@@ -212,7 +212,7 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
         if file.config.aero.exists:
             draw_limit(panel, file, d)
         panel.set_title(f"$n_d$ = {diameters[d]}")
-    canvas.title(f"Linear amplification, {_in_words(values)} per level")
+    canvas.figure.suptitle(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-3:]:
         panel.set_xlabel(SIGMA)
 
@@ -242,7 +242,7 @@ def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
             panel.yaxis.set_major_formatter("{x:g}")
             panel.yaxis.set_minor_formatter("")
         row[0].set_ylabel("convergence error\nof $A_{nl}$ [%]")
-    canvas.title(f"Convergence error by equation (6) of the paper, for {level}")
+    canvas.figure.suptitle(f"Convergence error by equation (6) of the paper, for {level}")
 
 
 def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, least: int) -> Any:

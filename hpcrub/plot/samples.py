@@ -43,7 +43,7 @@ def contact_over_linear(canvas: Canvas, file: ResultFile) -> None:
         panel.set_title(_title(sigma[level], linear, contact), fontsize=11)
         panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
     if image is not None:
-        canvas.colorbar(image, axes, label="share of the samples in denser regions")
+        canvas.figure.colorbar(image, ax=axes, label="share of the samples in denser regions")
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
 
 

@@ -44,7 +44,7 @@ def wear(canvas: Canvas, file: ResultFile) -> None:
     over.set(xlabel="angle of the casing [deg]", ylabel=SPEED, title="tuned disk, all speeds")
     over.set_xticks(range(0, 361, 60))
     over.grid(False)
-    canvas.colorbar(image, [over], label=DEPTH)
+    canvas.figure.colorbar(image, ax=[over], label=DEPTH)
     draw_all(depths, file, "worn_depth_m")
     if file.config.pattern_deviation is None:
         _draw_disks(disks, file)
