@@ -84,7 +84,7 @@ def _steady_words(file: ResultFile) -> str:
     return f"; steady {1e3 * float(file.read('tuned/steady_reference_m')):.3g} mm"
 
 
-def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
+def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     """Lines about the tuned disk, the percentiles of all disks, limits, wear, and chance."""
     yield from report(file)
     if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
