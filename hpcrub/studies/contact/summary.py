@@ -44,8 +44,8 @@ def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     yield from limits.largest_line(file, counts)
     yield from limits.engines_lines(file, usable)
     yield from effects.lines(survey.for_effects(file))
-    is_one = file.config.pattern_deviation is not None
-    yield from (limits.limit_lines if is_one else limits.chance_table)(file, usable)
+    for level in range(len(file.config.levels)):
+        yield from limits.limit_lines(file, usable, level)
     yield from point_lines(counts)
 
 
