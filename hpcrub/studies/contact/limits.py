@@ -7,9 +7,10 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted, percent
+from hpcrub.results.samples import finished, n_failed
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, probability_interval
-from hpcrub.studies.contact.survey import Survey, finished, n_failed
+from hpcrub.studies.contact.survey import Survey
 
 CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
 

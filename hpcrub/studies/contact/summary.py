@@ -10,6 +10,7 @@ from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.effects.effect import Spread
 from hpcrub.ranks import progress
+from hpcrub.results import samples
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
@@ -43,7 +44,7 @@ def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     yield tuned_line(file)
     yield from limits.largest_line(file, counts)
     yield from limits.engines_lines(file, usable)
-    yield from effects.lines(survey.for_effects(file))
+    yield from effects.lines(file)
     for level in range(len(file.config.levels)):
         yield from limits.limit_lines(file, usable, level)
     yield from point_lines(counts)
@@ -71,7 +72,7 @@ def level_table(file: ResultFile, found: survey.Survey) -> Table:
     """One row per mistuning level: how many samples there are, and how far to trust them."""
     headings = "level", "sigma", "samples", "error", "not\nsteady", "diverged"
     table = progress.table("Samples, convergence error of A_nl, points", headings)
-    status = file.status[:, : survey.n_counted(file)]
+    status = file.status[:, : samples.n_counted(file)]
     half_range, sigma = file.read("half_range"), file.read("sigma")
     for level in range(len(half_range)):
         n_done, n_failed = (np.count_nonzero(status[level] == s) for s in (DONE, FAILED))
@@ -101,7 +102,7 @@ def interval_table(file: ResultFile, spread: Spread) -> Table:
     for level, half_range in enumerate(file.read("half_range")):
         columns = []
         for name in spread.columns.values():
-            values = spread.factor * survey.finished(file, level, name)
+            values = spread.factor * samples.finished(file, level, name)
             columns.append(with_interval(values, at, survey.shared_uncertainty(file, name)).T)
         for percentile, *found in zip(at, *columns, strict=True):
             parts = (part for value, *ends in found for part in ([value], ends))

@@ -21,7 +21,7 @@ from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import findings, limits, summary
 from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
-from hpcrub.studies.contact.survey import for_effects, shared_uncertainty, survey
+from hpcrub.studies.contact.survey import shared_uncertainty, survey
 from tests.plot.stored import PATTERN, PHYSICS, File
 from tests.program import TINY, lay_out, run_here, swept
 
@@ -237,7 +237,7 @@ def test_the_one_disk_of_a_pattern_has_no_probability(peak, status, does):
         samples__deepest_m=np.array([[2e-3 if status == DONE else np.nan]]),
     )  # fmt: skip
     assert list(limits.limit_lines(found, usable=True)) == [f"the disk of the pattern {does}"]
-    depths = list(WEAR.lines(for_effects(found)))[1:]
+    depths = list(WEAR.lines(found, 0))[1:]
     cuts = "the disk of the pattern cuts 2 mm deep, 2.00 times the tuned one"
     assert depths == [cuts] * (status == DONE)
 
@@ -336,7 +336,7 @@ def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
 def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated, capfd):
     tuned = coated.read("tuned/run_deepest_m")
     deepest = coated.read("samples/deepest_m").max(axis=1)
-    found = list(WEAR.lines(for_effects(coated)))
+    found = list(WEAR.lines(coated, 0))
     assert len(found) == 3
     for line, depth in zip(found[1:], deepest, strict=True):
         ratio = depth / np.median(tuned)
@@ -354,7 +354,7 @@ def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
     depths = coated.read("samples/deepest_m")
     monkeypatch.setattr("hpcrub.model.coating.Coating.worn_through", depths[1].min())
     low, high = probability_interval(2, 2, 1.96)
-    line = list(WEAR.lines(for_effects(coated)))[-1]
+    line = list(WEAR.lines(coated, 0))[-1]
     assert f"2 of 2 disks cut through the coating, a share of {100 * low:.0f} to 100 %" in line
     runs = coated.read("tuned/run_deepest_m")
     through = np.count_nonzero(np.append(runs, depths) >= depths[1].min())
