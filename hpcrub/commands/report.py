@@ -23,7 +23,7 @@ from hpcrub.config.text import counted, key_table, lines_of, set_key, show
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES
-from hpcrub.ranks.progress import WIDTH, say
+from hpcrub.ranks.progress import say
 from hpcrub.results import model_file
 from hpcrub.results.layout import PENDING
 from hpcrub.studies import open_result, run_of
@@ -83,7 +83,7 @@ def _facts(path: Any) -> dict[Any, Any]:
             raise InputError(f"{path} holds no result yet; run its input with --resume")
         verdict = study.verdict(file)
         conclusion = list(study.conclusion(file, verdict.usable))
-        answer = study.answer(file, verdict.usable, WIDTH)
+        answer = study.answer(file, verdict.usable)
         complete = n_done == status.size or study.is_enough(file)
         of = counted(status.size, study.unit.rstrip("s"))
         attributes, apart = sorted(file.attributes.items()), ("config", "warnings")

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from hpcrub.config.schema import Config
 from hpcrub.effects import air, casing_motion, coating, stress
-from hpcrub.effects.effect import EFFECTS, Effect, Results
+from hpcrub.effects.effect import EFFECTS, Effect
+from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
 
 __all__ = ["EFFECTS", "air", "casing_motion", "coating", "findings", "lines", "of", "stress"]
@@ -15,11 +16,11 @@ def of(config: Config) -> list[Effect]:
     return [effect for effect in EFFECTS if effect.exists(config)]
 
 
-def lines(results: Results) -> Iterator[str]:
-    """Lines about all effects of an input, for the summary."""
-    return (line for effect in of(results.config) for line in effect.lines(results))
+def lines(file: ResultFile, disk: int = 0) -> Iterator[str]:
+    """Lines about all effects of an input, for the summary; disk: of a study of whole motions."""
+    return (line for effect in of(file.config) for line in effect.lines(file, disk))
 
 
-def findings(results: Results) -> Iterator[Finding]:
+def findings(file: ResultFile) -> Iterator[Finding]:
     """Findings of all effects of an input, for the verdict."""
-    return (finding for effect in of(results.config) for finding in effect.findings(results))
+    return (finding for effect in of(file.config) for finding in effect.findings(file))

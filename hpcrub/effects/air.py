@@ -6,10 +6,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.effects.effect import Change, Effect, Load, Results
+from hpcrub.effects.effect import Change, Effect, Load
 from hpcrub.model.aero import largest_amplification
 from hpcrub.model.reduction import Modes, ReducedModel, mistuned_modes
 from hpcrub.results.layout import Dataset, Values
+from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
 from hpcrub.setup.aero import curve_of
 from hpcrub.setup.disks import deviation
@@ -117,19 +118,19 @@ class Aero(Effect):
             yield "aero/decay_per_s", where, -shown.real
             yield "aero/frequency_hz", where, shown.imag / (2.0 * np.pi)
 
-    def lines(self, results: Results) -> Iterator[str]:
+    def lines(self, file: ResultFile, disk: int) -> Iterator[str]:
         """Least stable waves of the tuned disk and of mistuned ones."""
-        if results.study in ("modal", "linear"):
-            yield _of_tuned(results.read)
-        if results.study == "linear":
-            yield from _of_mistuned(results.read)
+        if file.config.study in ("modal", "linear"):
+            yield _of_tuned(file)
+        if file.config.study == "linear":
+            yield from _of_mistuned(file)
 
-    def findings(self, results: Results) -> Iterator[Finding]:
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Flutter of the tuned disk, and of mistuned ones at every level."""
-        if results.study in ("modal", "linear"):
-            yield from _flutter_of_tuned(results)
-        if results.study == "linear":
-            yield from _flutter_of_mistuned(results)
+        if file.config.study in ("modal", "linear"):
+            yield from _flutter_of_tuned(file)
+        if file.config.study == "linear":
+            yield from _flutter_of_mistuned(file)
 
 
 def tuned_eigenvalues(reduced: ReducedModel, speed: float | None) -> np.ndarray:
@@ -163,9 +164,9 @@ def limit(config: Config, load: Load) -> float:
     return found / np.sqrt(1.0 - largest)
 
 
-def _of_tuned(read: Any) -> str:
+def _of_tuned(file: ResultFile) -> str:
     """Least stable wave of the tuned disk, in words."""
-    ratio, diameters = read("aero/tuned_damping_ratio"), read("aero/diameters")
+    ratio, diameters = map(file.read, ("aero/tuned_damping_ratio", "aero/diameters"))
     least = int(np.argmin(ratio))
     n = diameters[least]
     way = "" if 2 * n % len(ratio) == 0 else " forward" if n > 0 else " backward"
@@ -176,9 +177,9 @@ def _of_tuned(read: Any) -> str:
     )
 
 
-def _of_mistuned(read: Any) -> Iterator[str]:
+def _of_mistuned(file: ResultFile) -> Iterator[str]:
     """Least stable mode of the mistuned disks of every level."""
-    for sigma, least in zip(read("sigma"), read("aero/least_damping_ratio"), strict=True):
+    for sigma, least in zip(*map(file.read, ("sigma", "aero/least_damping_ratio")), strict=True):
         least = finite(least)
         if not len(least):
             continue
@@ -192,24 +193,24 @@ def _of_mistuned(read: Any) -> Iterator[str]:
         )
 
 
-def _flutter_of_tuned(results: Results) -> Iterator[Any]:
+def _flutter_of_tuned(file: ResultFile) -> Iterator[Any]:
     """Flutter of the tuned disk, which a linear study needs."""
-    least = float(results.read("aero/tuned_damping_ratio").min())
+    least = float(file.read("aero/tuned_damping_ratio").min())
     if least <= 0.0:
         yield Finding(
-            USELESS if results.study == "linear" else SINGLE,
+            USELESS if file.config.study == "linear" else SINGLE,
             "the tuned disk flutters",
             f"the tuned disk flutters without contact (damping ratio of {least:.3g}): it has no "
             "linear response, and no amplification is relative to it: aero, or more damping",
         )
 
 
-def _flutter_of_mistuned(results: Results) -> Iterator[Any]:
+def _flutter_of_mistuned(file: ResultFile) -> Iterator[Any]:
     """Flutter of mistuned disks, which are missing in percentiles."""
-    ratios = [finite(level) for level in results.read("aero/least_damping_ratio")]
+    ratios = [finite(level) for level in file.read("aero/least_damping_ratio")]
     lost = [int(np.count_nonzero(level <= 0.0)) for level in ratios]
     if any(lost):
-        levels, n = results.config.mistuning.half_range_percent, [*map(len, ratios)]
+        levels, n = file.config.mistuning.half_range_percent, [*map(len, ratios)]
         at = ", ".join(f"{lost[v]} of {n[v]} at ±{level:g} %" for v, level in enumerate(levels))
         yield Finding(
             USELESS if any(lost[v] > MOST_LOST * n[v] for v in range(len(n))) else SINGLE,

@@ -8,12 +8,14 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import RUNAWAY
 from hpcrub.effects import casing_waves
-from hpcrub.effects.effect import Change, Effect, History, Load, Results, times
+from hpcrub.effects.effect import Change, Effect, History, Load, times
 from hpcrub.model.reduction import Modes
 from hpcrub.response import casing_motion
 from hpcrub.response.casing_motion import CasingMotion
 from hpcrub.response.scene import can_touch
 from hpcrub.results.layout import Dataset
+from hpcrub.results.samples import rows
+from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, Finding
 from hpcrub.setup.casing import overtaken
 from hpcrub.setup.problem import Problem
@@ -110,22 +112,22 @@ class VibratingCasing(Effect):
         if study == "modal":
             yield from casing_waves.values(config, loads[0].reduced)
 
-    def lines(self, results: Results) -> Iterator[str]:
+    def lines(self, file: ResultFile, disk: int) -> Iterator[str]:
         """How far the casing moves."""
-        if results.study == "modal":
-            yield from casing_waves.report(results.config, results.read)
-        elif results.study == "time_response":
-            moved = np.abs(results.read("casing_radial_m", results.disk)).max()
+        if file.config.study == "modal":
+            yield from casing_waves.report(file)
+        elif file.config.study == "time_response":
+            moved = np.abs(file.read("casing_radial_m", disk)).max()
             yield f"casing moves by {1e3 * moved:.3g} mm"
-        elif results.study == "contact":
-            yield from _around_tuned(results)
-            yield from _around_mistuned(results)
+        elif file.config.study == "contact":
+            yield from _around_tuned(file)
+            yield from _around_mistuned(file)
 
-    def findings(self, results: Results) -> Iterator[Finding]:
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Remark that a casing which vibrates must be known as well as the disk."""
-        if results.study != "contact":
+        if file.config.study != "contact":
             return
-        is_ring = results.config.casing.ring.thickness_mm is not None
+        is_ring = file.config.casing.ring.thickness_mm is not None
         what = "damping, thickness and radius" if is_ring else "damping and frequencies"
         yield Finding(
             REMARK,
@@ -178,9 +180,9 @@ def _ring_warnings(config: Config) -> Iterator[str]:
             )
 
 
-def _around_tuned(results: Results) -> Iterator[str]:
+def _around_tuned(file: ResultFile) -> Iterator[str]:
     """Motion of the casing around the tuned disk, and the speeds at which it runs away."""
-    read, speeds = results.read, results.config.speeds.values_hz
+    read, speeds = file.read, file.config.speeds.values_hz
     moved, waves = map(read, ("tuned/casing_motion_m", "tuned/casing_waves"))
     if np.isfinite(moved).any():
         at = int(np.nanargmax(moved))
@@ -197,14 +199,14 @@ def _around_tuned(results: Results) -> Iterator[str]:
         )
 
 
-def _around_mistuned(results: Results) -> Iterator[str]:
+def _around_mistuned(file: ResultFile) -> Iterator[str]:
     """Largest motions of the casing around mistuned disks."""
-    motion = np.concatenate(results.of_levels("casing_motion_m"))
+    motion = np.concatenate([rows(file, level, "casing_motion_m") for level in file.config.levels])
     most = finite(np.where(np.isfinite(motion), motion, -np.inf).max(axis=-1, initial=-np.inf))
     if not most.size:
         return
     low, middle, high = 1e3 * np.percentile(most, [1, 50, 99])
-    if results.config.pattern_deviation is not None:
+    if file.config.pattern_deviation is not None:
         yield f"casing around the mistuned disk: moves by {middle:.3g} mm at most"
         return
     yield (

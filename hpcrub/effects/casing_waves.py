@@ -1,6 +1,6 @@
 """Linear analysis of a casing that vibrates: its waves, and permanent contact of all tips."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from hpcrub.model.imported import cyclic
 from hpcrub.model.reduction import Modes, ReducedModel, mistuned_modes
 from hpcrub.response.casing_stability import growth
 from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
 from hpcrub.setup.casing import casing_modes_of
 
 REACH = 10.0  # times the highest speed of the input: interactions are stored up to there
@@ -123,9 +124,9 @@ def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[st
         yield f"casing: no wave is overtaken up to {critical.min():.4g} Hz"
 
 
-def report(config: Config, read: Callable[[str], Any]) -> Iterator[str]:
+def report(file: ResultFile) -> Iterator[str]:
     """Lines about the waves, and about the speed from which permanent contact is unstable."""
-    casing = casing_modes_of(config)
+    config, read, casing = file.config, file.read, casing_modes_of(file.config)
     assert casing is not None  # it vibrates
     yield from lines(config, casing, read("casing/interaction_hz"))
     speeds, rates = read("casing/speed_hz"), read("casing/growth_per_s")

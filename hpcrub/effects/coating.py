@@ -13,9 +13,9 @@ from hpcrub.effects.effect import (
     Effect,
     History,
     Kind,
-    Results,
     Spread,
     largest,
+    range_of_disks,
     times,
 )
 from hpcrub.model.coating import Coating
@@ -25,6 +25,8 @@ from hpcrub.response.revolution import Grid
 from hpcrub.response.sweep import SweepResult
 from hpcrub.response.wear import ENDED, N_ANGLES, REVOLUTIONS, Wear
 from hpcrub.results.layout import ANGLE, Dataset, datasets
+from hpcrub.results.samples import of_levels
+from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
@@ -120,24 +122,23 @@ class Wearing(Effect):
         for name, values in history.wear().by_name().items():
             yield f"wear/{name}", values[0]
 
-    def lines(self, results: Results) -> Iterator[str]:
+    def lines(self, file: ResultFile, disk: int) -> Iterator[str]:
         """Worn depths, and energies of the wear."""
-        if results.study == "contact":
-            yield from _lines_of_disks(results)
-        elif results.study == "energy":
-            low, high, tuned = results.range_of("wear_energy_j")
+        if file.config.study == "contact":
+            yield from _lines_of_disks(file)
+        elif file.config.study == "energy":
+            low, high, tuned = range_of_disks(file, "wear_energy_j")
             yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
         else:
-            yield from _lines_of_motions(results)
+            yield from _lines_of_motions(file, disk)
 
-    def findings(self, results: Results) -> Iterator[Finding]:
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Disks that cut through the coating and reach the casing behind it."""
-        if results.study != "contact":
+        if file.config.study != "contact":
             return
-        samples = map(finite, results.of_levels(DEEPEST.name))
-        depth = np.concatenate([results.read("tuned/run_deepest_m"), *samples])
+        depth = np.concatenate([file.read("tuned/run_deepest_m"), *of_levels(file, DEEPEST.name)])
         n_disks = int(np.count_nonzero(np.isfinite(depth)))
-        through = int(np.count_nonzero(depth >= REACHED * depth_of_all(results.config)))
+        through = int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config)))
         if through:
             yield Finding(
                 USELESS if through > MOST_LOST * n_disks else SINGLE,
@@ -148,16 +149,15 @@ class Wearing(Effect):
             )
 
 
-def _lines_of_motions(results: Results) -> Iterator[str]:
+def _lines_of_motions(file: ResultFile, disk: int) -> Iterator[str]:
     """Wear by a disk at the speed of its deepest cut."""
-    read, disk = results.read, results.disk
-    numbers = {of.name: np.atleast_1d(read(f"wear/{of.name}", disk)) for of in POINTS}
+    numbers = {of.name: np.atleast_1d(file.read(f"wear/{of.name}", disk)) for of in POINTS}
     depth, growth = numbers["worn_depth_m"], numbers["worn_growth_m"]
     if not np.isfinite(depth).any():
         return
     at = int(np.nanargmax(depth))
     here = {name: values[at] for name, values in numbers.items()}
-    speeds = results.config.speeds.values_hz
+    speeds = file.config.speeds.values_hz
     where = f" at {speeds[at]:g} Hz" if len(speeds) > 1 else ""
     if not depth[at] > 0.0:
         yield "nothing of the coating is worn"
@@ -176,12 +176,12 @@ def _lines_of_motions(results: Results) -> Iterator[str]:
         yield f"{word}: {1e3 * growth[0]:.3g} mm deeper in the last ten revolutions"
 
 
-def _lines_of_disks(results: Results) -> Iterator[Any]:
+def _lines_of_disks(file: ResultFile) -> Iterator[Any]:
     """Worn depths of the tuned disk and of every level's worst disk."""
-    config, runs = results.config, finite(results.read("tuned/run_deepest_m"))
+    config, runs = file.config, finite(file.read("tuned/run_deepest_m"))
     yield from _tuned_depth_line(runs, depth_of_all(config))
-    levels = map(finite, results.of_levels(DEEPEST.name))
-    for half_range, depth in zip(results.read("half_range"), levels, strict=True):
+    levels = of_levels(file, DEEPEST.name)
+    for half_range, depth in zip(file.read("half_range"), levels, strict=True):
         if not len(depth):
             continue
         if config.pattern_deviation is not None:

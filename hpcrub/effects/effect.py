@@ -19,6 +19,7 @@ from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import SweepResult
 from hpcrub.response.wear import Wear
 from hpcrub.results.layout import Dataset, Values
+from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import finite
@@ -55,30 +56,6 @@ class Change(NamedTuple):
     values: Callable[[Config], dict[str, Any]]  # {key: value}; empty: does not apply
     is_error: bool = False  # shows an error of the computation; False: an input that is uncertain
     run: int = 0  # run of the disk, see `setup.disks.run_deviation`
-
-
-class Results(NamedTuple):
-    """Results of a study, as an effect reads them."""
-
-    study: str  # name of the study
-    config: Config
-    read: Callable[..., Any]  # values of a dataset by name, or of a part of it
-    disk: int = 0  # of a study of whole motions: disk that is looked at
-    # of a contact study: values of the finished samples of a level that count, of (level, name)
-    samples: Callable[[int, str], np.ndarray] | None = None
-
-    def of_levels(self, name: str) -> list[np.ndarray]:
-        """Values of a dataset of `samples` for the finished samples of every level."""
-        assert self.samples is not None  # asked for in a contact study only
-        return [self.samples(level, name) for level in self.config.levels]
-
-    def range_of(self, name: str) -> tuple[float, float, float]:
-        """Least and largest peak of the samples of an energy study, and peak of the tuned disk.
-
-        NaN where none is known. name: of a dataset with a value for every disk and speed.
-        """
-        peaks, tuned = peaks_of_disks(self.read, name)
-        return float(np.nanmin(peaks)), float(np.nanmax(peaks)), tuned
 
 
 class History(NamedTuple):
@@ -168,11 +145,11 @@ class Effect:
         """Values of consecutive samples for the linear study; first: number of the first one."""
         return iter(())
 
-    def lines(self, results: Results) -> Iterator[str]:
-        """Lines of the summary; for studies of whole motions facts about one disk."""
+    def lines(self, file: ResultFile, disk: int) -> Iterator[str]:
+        """Lines of the summary; of a study of whole motions facts about one disk."""
         return iter(())
 
-    def findings(self, results: Results) -> Iterator[Finding]:
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Findings for the verdict."""
         return iter(())
 
@@ -196,14 +173,20 @@ def times(
     return values
 
 
-def peaks_of_disks(read: Callable[[str], Any], name: str) -> tuple[np.ndarray, float]:
+def peaks_of_disks(file: ResultFile, name: str) -> tuple[np.ndarray, float]:
     """Largest value of a dataset of an energy study for every sample (n,) and the tuned disk.
 
-    read: of a dataset by name. NaN where no value is known.
+    NaN where no value is known.
     """
-    disks = read(f"tuned/{name}"), *read(name)
+    disks = file.read(f"tuned/{name}"), *file.read(name)
     tuned, *peaks = (known.max() if known.size else np.nan for known in map(finite, disks))
     return np.array(peaks), float(tuned)
+
+
+def range_of_disks(file: ResultFile, name: str) -> tuple[float, float, float]:
+    """Least and largest of the same peaks of samples, and that of the tuned disk."""
+    peaks, tuned = peaks_of_disks(file, name)
+    return float(np.nanmin(peaks)), float(np.nanmax(peaks)), tuned
 
 
 def largest(values: np.ndarray, speeds_hz: np.ndarray) -> tuple[float, float]:

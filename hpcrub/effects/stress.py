@@ -6,10 +6,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.effects.effect import Effect, History, Kind, Results, Spread, largest
+from hpcrub.effects.effect import Effect, History, Kind, Spread, largest, range_of_disks
 from hpcrub.response.quantities import Quantity
 from hpcrub.response.sweep import SweepResult
 from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
 
 PEAK = Quantity("peak_stress_pa", "Pa", "largest stress over the speeds")
 OF_HISTORY = Dataset(
@@ -48,11 +49,11 @@ class Stress(Effect):
         if study == "time_response":
             yield OF_HISTORY.name, history.position @ history.modes.stress.T
 
-    def lines(self, results: Results) -> Iterator[str]:
+    def lines(self, file: ResultFile, disk: int) -> Iterator[str]:
         """Largest stress of a motion, or range over the disks of an energy study."""
-        if results.study == "time_response":
-            stress = np.abs(results.read("stress_pa", results.disk)).max()
+        if file.config.study == "time_response":
+            stress = np.abs(file.read("stress_pa", disk)).max()
             yield f"largest stress {1e-6 * stress:,.0f} MPa"
-        elif results.study == "energy":
-            low, high, tuned = (1e-6 * size for size in results.range_of("stress_pa"))
+        elif file.config.study == "energy":
+            low, high, tuned = (1e-6 * size for size in range_of_disks(file, "stress_pa"))
             yield f"largest stress {low:,.0f} to {high:,.0f} MPa, tuned {tuned:,.0f}"

@@ -1,18 +1,17 @@
-"""Figures of result files, in the user's own axes or as pictures for paper and talk.
+"""Figures of result files, on the screen or as pictures for paper and talk.
 
-Every figure is a function of a result file, a path or an open one, and of axes to draw into::
+Every figure is a function of a result file, a path or an open one, and of where to draw it::
 
     import hpcrub
 
-    hpcrub.plot.summary("results/quickstart.h5")            # a new figure
-    hpcrub.plot.summary("results/quickstart.h5", ax=axes)   # into axes of one's own
+    hpcrub.plot.summary("results/quickstart.h5")                # a new figure
+    hpcrub.plot.summary("results/quickstart.h5", figure=left)   # into a part of one's own
 
 - Some compare several files, given as a list. `mode` is that of `mode_shapes`, from 1.
-- In axes of one's own the legend stands above the data; in axes that are too small for that there
-  is none, and `axes.legend()` draws it elsewhere.
-- Of fewer axes than a figure has panels, the first panels are drawn. `ax` may be a Figure or a
-  SubFigure, too; a Figure without axes gets the size that suits the drawing.
-- Returned are the axes drawn into, one or an array; their `figure` has everything else.
+- `figure` is a Figure or a SubFigure (`Figure.subfigures`), which may stand beside axes of one's
+  own; a Figure without axes gets the size that suits the drawing.
+- Returned are the axes drawn into, one or an array, to be changed; their `figure` has everything
+  else.
 - A file of another study, or without what the figure shows, raises an InputError.
 
 `FIGURES` lists all of them, with `about` each. The command `hpcrub plot` draws them into files

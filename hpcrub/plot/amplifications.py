@@ -17,8 +17,9 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, level_colours, reference
+from hpcrub.plot.families import labels, level_colours, reference
 from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, marker
+from hpcrub.results.samples import SEEN, of_levels
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence, finite, with_interval
 from hpcrub.studies.contact import layout, measured
@@ -77,7 +78,7 @@ def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> N
     explain(axes, [CONTACT, LINEAR], at)
     for (name, look), place in zip(RATIOS, (-1, 1), strict=True):
         shared = shared_uncertainty(file, name)
-        draw_curves(axes, x, finished(file, name), at, look, shared, place, from_one)
+        draw_curves(axes, x, of_levels(file, name), at, look, shared, place, from_one)
 
 
 @figure("contact", paper="12, 16", what="both amplifications over σ", several=True, alone=False,
@@ -98,7 +99,7 @@ def percentiles(canvas: Canvas, files: list[ResultFile]) -> None:
 
 def samples(files: Sequence[ResultFile]) -> str:
     """Return how many samples are finished in the levels of files, in words."""
-    return _in_words([values for file in files for values in finished(file, RATIOS[0][0])])
+    return _in_words([values for file in files for values in of_levels(file, RATIOS[0][0])])
 
 
 def _in_words(levels: Sequence[Any]) -> str:
@@ -116,7 +117,7 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
         names[row] = names[row].replace("(", "(lines; ")
         for name, look in RATIOS:
             at = best.config.convergence.percentiles
-            for value in with_interval(finished(best, name)[-1], at)[0]:
+            for value in with_interval(of_levels(best, name)[-1], at)[0]:
                 axes.axvline(value, color=look.colour, lw=0.8, alpha=0.6, zorder=0)
     draw_rows(axes, files, names)
     axes.set_title(f"Amplifications at ±{100 * best.read('half_range')[-1]:.3g} %")
@@ -129,7 +130,7 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
         explain(axes, [CONTACT, LINEAR._replace(style="-")], at)
         among = PERCENTILE_SHIFT * (np.arange(len(at)) - 0.5 * (len(at) - 1)) * 3 / max(3, len(at))
         for (name, look), beside in zip(RATIOS, (-ROW_SHIFT, ROW_SHIFT), strict=True):
-            values, height = finished(file, name)[-1], row + beside + among
+            values, height = of_levels(file, name)[-1], row + beside + among
             if not len(values):
                 continue
             interval = with_interval(values, at, shared_uncertainty(file, name))
@@ -172,7 +173,7 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
     )  # fmt: skip
     colours = level_colours(files)
     for i, file in enumerate(files):
-        peaks = finished(file, "peak_amplitude_m")
+        peaks = of_levels(file, "peak_amplitude_m")
         for sigma, values in zip(file.read("sigma"), peaks, strict=True):
             if not len(values):
                 continue
@@ -212,7 +213,7 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
         if file.config.aero.exists:
             draw_limit(panel, file, d)
         panel.set_title(f"$n_d$ = {diameters[d]}")
-    canvas.title(f"Linear amplification, {_in_words(values)} per level")
+    canvas.figure.suptitle(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-3:]:
         panel.set_xlabel(SIGMA)
 
@@ -242,7 +243,7 @@ def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
             panel.yaxis.set_major_formatter("{x:g}")
             panel.yaxis.set_minor_formatter("")
         row[0].set_ylabel("convergence error\nof $A_{nl}$ [%]")
-    canvas.title(f"Convergence error by equation (6) of the paper, for {level}")
+    canvas.figure.suptitle(f"Convergence error by equation (6) of the paper, for {level}")
 
 
 def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, least: int) -> Any:
@@ -259,7 +260,7 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
         at = list(file.config.convergence.percentiles)
         values = scale * file.read(layout.AMPLIFICATION.dataset(name))
         values[..., : least - 1] = np.nan
-        seen = file.read(layout.SAMPLES_SEEN)
+        seen = file.read(SEEN)
         _limit(row[0], file, seen[np.isfinite(values).any(axis=(0, 1))], least)
         values[values <= 0.0] = np.nan  # an error of 0, of equal estimates, has no logarithm
         for panel, percentile in zip(row, shown, strict=True):

@@ -1,12 +1,11 @@
-"""Frame of every figure: it opens result files, and makes axes or takes the user's own."""
+"""Frame of every figure: it opens result files, and makes panels in a new figure or a given one."""
 
 import contextlib
 import functools
 import inspect
 import os
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import product
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Protocol
@@ -29,11 +28,7 @@ from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result
 
-Where = Axes | Sequence[Axes] | FigureBase | None
-
 LETTERS = 12  # letters per inch of a line below a figure
-# height of a legend in the user's axes with its distance from the data; most of it, in theirs
-ROOM, MOST_ROOM = 1.15, 0.5
 ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; width of a symbol with its space [inch]
 
 NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
@@ -73,42 +68,31 @@ class Drawing(Protocol):
     about: About
     __name__: str
 
-    def __call__(self, file: Any, ax: Where = None, **options: Any) -> Any:
+    def __call__(self, file: Any, figure: FigureBase | None = None, **options: Any) -> Any:
         """Draw it."""
 
 
 class Canvas:
     """Panels of one drawing, with its title, legends and notes."""
 
-    def __init__(self, where: Where) -> None:
+    def __init__(self, figure: FigureBase | None) -> None:
+        """figure: Figure or SubFigure to draw into; None: a new one of pyplot."""
+        if figure is not None and not isinstance(figure, FigureBase):
+            kind = type(figure).__name__
+            raise InputError(f"figure: a Figure or SubFigure is drawn into, not {kind}")
+        self.figure: Any = pyplot.figure() if figure is None else figure
         self.axes: list[Axes] = []  # axes that are drawn into
-        # whether the figure holds this drawing alone, so that legends can stand outside the axes
-        self.own = where is None or isinstance(where, FigureBase)
-        self._where = where
         self._notes: list[str] = []
-
-    @property
-    def figure(self) -> Any:
-        """Figure or SubFigure of the axes."""
-        return self.axes[0].figure
 
     def panels(
         self, rows: int, columns: int, size: tuple[float, float], **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
         """Return axes (rows, columns), made by `Figure.subplots`; size of a new figure [inch]."""
-        given = pyplot.figure() if self._where is None else self._where
-        if isinstance(given, Figure) and not given.axes:
-            given.set_size_inches(size)
-        if isinstance(given, FigureBase):
-            made = given.subplots(rows, columns, squeeze=False, **how)
-            self.axes = list(made.flat)
-            return made
-        self.axes = [given] if isinstance(given, Axes) else list(np.ravel(np.asarray(given)))
-        if len(self.axes) > rows * columns:
-            raise InputError(f"{len(self.axes)} axes given, {rows * columns} can be drawn into")
-        # panels beyond the given axes are drawn into a figure that nobody sees
-        rest = Figure().subplots(1, rows * columns, squeeze=False)[0, len(self.axes) :]
-        return np.array([*self.axes, *rest]).reshape(rows, columns)
+        if isinstance(self.figure, Figure) and not self.figure.axes:
+            self.figure.set_size_inches(size)
+        made = self.figure.subplots(rows, columns, squeeze=False, **how)
+        self.axes = list(made.flat)
+        return np.asarray(made)
 
     def grid(
         self, n: int, most: int, size: tuple[float, float], ylabel: str = "", **how: Any
@@ -125,21 +109,10 @@ class Canvas:
         panels = self.panels(rows, columns, whole, **how).ravel()
         for panel in panels[n:]:
             panel.set_axis_off()
-            if panel in self.axes:
-                self.axes.remove(panel)
+        self.axes = list(panels[:n])
         for panel in panels[:n:columns]:
             panel.set_ylabel(ylabel)
         return panels[:n]
-
-    def colorbar(self, image: Any, panels: Iterable[Axes], **how: Any) -> Any:
-        """Draw the scale of the colours beside panels; returns None where these are not drawn."""
-        shown = [panel for panel in panels if panel in self.axes]
-        return self.figure.colorbar(image, ax=shown, **how) if shown else None
-
-    def title(self, text: str) -> None:
-        """Write a title above all panels, unless they are the user's axes."""
-        if self.own:
-            self.figure.suptitle(text)
 
     def note(self, *texts: str) -> None:
         """Keep notes, each once, to be written below the figure."""
@@ -150,14 +123,8 @@ class Canvas:
         for file in files:
             for warning in file.warnings:
                 self.note(warning if len(files) == 1 else f"{file.path.stem}: {warning}")
-        if not self.axes:
-            return
-        room = self.figure if self.own else self.axes[0]
-        width = int(LETTERS * room.bbox.width / self.figure.dpi)
+        width = int(LETTERS * self.figure.bbox.width / self.figure.dpi)
         text = "\n".join(line for note in self._notes for line in textwrap.wrap(note, width))
-        if not self.own:
-            self._note_and_legends(text)
-            return
         legend = self._legend()
         if text:
             # the layout makes room for a text that is the title of the legend
@@ -165,25 +132,12 @@ class Canvas:
             legend.set_title(text, prop=FontProperties(size="small"))
             legend.set_alignment("left")
 
-    def _note_and_legends(self, text: str) -> None:
-        """Write a text below the first of the user's axes, and a legend into each of them."""
-        if text:
-            self.axes[0].annotate(
-                text, (0, 0), (0, -40), "axes fraction", "offset points", va="top",
-                fontsize="x-small", color="0.3", annotation_clip=False,
-            )  # fmt: skip
-        self.figure.canvas.figure.draw_without_rendering()  # the layout may make axes smaller
-        for panel in self.axes:
-            named = _labelled(panel)
-            if named and not panel.get_legend():
-                _legend_above_data(panel, named)
-
     def _legend(self) -> Legend | None:
         """Draw one legend of all labels below all panels, intervals last; None without labels."""
         of_all: dict[str, Artist] = {}
-        for panel in self.axes:
-            if not panel.get_legend():
-                of_all |= {k: v for k, v in _labelled(panel).items() if k not in of_all}
+        for panel in self.axes:  # of one label the first panel's last artist
+            handles, labels = panel.get_legend_handles_labels()
+            of_all = of_all | dict(zip(labels, handles, strict=True)) | of_all
         if not of_all:
             return None
         labels = sorted(of_all, key=WORDS.__contains__)
@@ -192,32 +146,6 @@ class Canvas:
         fits = [n for n in range(1, 5) if sum(lengths[:n]) / ENTRY + n * HANDLE < width]
         handles, how = [of_all[label] for label in labels], {"loc": "outside lower center"}
         return self.figure.legend(handles, labels, ncols=max(fits, default=1), **how)
-
-
-def _labelled(axes: Axes) -> dict[str, Artist]:
-    """What has a label in axes, by its label; the last of those with one label."""
-    return dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
-
-
-def _legend_above_data(axes: Axes, named: dict[str, Artist]) -> None:
-    """Draw a legend in the user's axes, and make room for it above what is drawn there.
-
-    The largest letters are taken with which it fits; axes that are too small get no legend.
-    """
-    for size, columns in product(("small", "x-small", "xx-small"), (1, 2, 3)):
-        how: dict[str, Any] = {"fontsize": size, "ncols": columns, "loc": "upper left"}
-        legend = axes.legend(named.values(), named.keys(), **how)
-        box = legend.get_window_extent()
-        share = ROOM * box.height / axes.bbox.height
-        if share < MOST_ROOM and ROOM * box.width < axes.bbox.width:
-            break
-    else:
-        legend.remove()
-        return
-    scale = axes.yaxis.get_transform()
-    low, high = scale.transform(axes.get_ylim())
-    low, high = scale.inverted().transform([low, low + (high - low) / (1.0 - share)])
-    axes.set_ylim(low, high)
 
 
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
@@ -229,14 +157,15 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
     about = About(studies, **how)
 
     def decorate(draw: Callable[..., Any]) -> Any:
-        def drawn(file: Any, ax: Where = None, mode: int | None = None) -> Any:
+        def drawn(file: Any, figure: FigureBase | None = None, mode: int | None = None) -> Any:
             if mode is not None and not about.mode:
                 raise InputError(f"--mode {mode}: figure {draw.__name__} does not show a mode")
-            canvas, options = Canvas(ax), {} if mode is None else {"mode": mode}
-            if ax is None:  # the settings of the backend must outlive `rc_context`
+            options = {} if mode is None else {"mode": mode}
+            if figure is None:  # the settings of the backend must outlive `rc_context`
                 pyplot.draw_if_interactive()
-            with _opened(file) as files, rc_context(STYLE if canvas.own else {}):
+            with _opened(file) as files, rc_context(STYLE):
                 _check(draw.__name__, about, files)
+                canvas = Canvas(figure)
                 shown = ordered(files)
                 if about.needs == "random":
                     canvas.note(*lost_disks(shown))

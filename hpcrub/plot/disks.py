@@ -65,7 +65,7 @@ def disk(canvas: Canvas, file: ResultFile) -> None:
         axes = canvas.panels(1, 1, (8, 5.5), subplot_kw=solids.THREE)[0, 0]
         solid = solids.Solid.of_result(file)
         solids.draw(axes, solid)
-        canvas.title(solid.words(Path(file.config.disk.model)))
+        canvas.figure.suptitle(solid.words(Path(file.config.disk.model)))
         return
     axes = canvas.panels(1, 1, (7.5, 8.2))[0, 0]
     _draw_disk(axes, file, width=2.5)
@@ -199,7 +199,7 @@ def mode_shapes(canvas: Canvas, file: ResultFile, mode: int | None = None) -> No
         canvas.note(f"The file holds no shapes of {', '.join(left_out)} nodal diameters.")
     if is_solid:
         size_of = "displacement, relative to the largest [-]"
-        canvas.colorbar(axes[0].collections[0], axes, label=size_of, shrink=0.6)
+        canvas.figure.colorbar(axes[0].collections[0], ax=axes, label=size_of, shrink=0.6)
         if not len(file.read("surface")):
             canvas.note(solids.REDUCED)
 

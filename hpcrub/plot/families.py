@@ -12,18 +12,13 @@ from hpcrub.config.text import counted, is_table, key_table, show
 from hpcrub.config.types import without_suffix
 from hpcrub.plot.style import shades
 from hpcrub.results.layout import FAILED, PENDING
+from hpcrub.results.samples import n_counted
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact import survey
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
 OF_ANY_SIZE = "s", "N/m", "N s/m"  # units with prefixes, such as 240 MN/m
 COATING = "contact.coating."  # first part of keys that mean nothing for a file without a coating
 FEW_KEYS = 3  # largest number of keys that are all named; of more keys, only unusual values are
-
-
-def finished(file: ResultFile, name: str) -> list[Any]:
-    """Return the finite values of the finished samples of every level."""
-    return [survey.finished(file, level, name) for level in file.config.levels]
 
 
 def level_colours(files: list[ResultFile]) -> dict[float, Any]:
@@ -36,7 +31,7 @@ def lost_disks(files: list[ResultFile]) -> list[str]:
     """Return a note for each file whose figure leaves out disks without a result."""
     notes = []
     for file in files:
-        status = file.status[:, : survey.n_counted(file)]
+        status = file.status[:, : n_counted(file)]
         if n := int(np.count_nonzero(status == FAILED)):
             name = f"{without_suffix(file.path).name}: " * (len(files) > 1)
             of = counted(int(np.count_nonzero(status != PENDING)), "disk")

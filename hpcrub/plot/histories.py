@@ -63,7 +63,7 @@ def time_response(canvas: Canvas, file: ResultFile) -> None:
         if config.contact.wears:
             panel.plot(file.read("block_s"), 1e3 * file.read("worn_depth_m", disk), color=ORANGE)
         panel.set(xlabel="time [s]", xlim=(part[0], part[-1]))
-    canvas.title(f"{DISKS[disk]}, {config.casing.words}, {config.speeds.from_hz:g} Hz")
+    canvas.figure.suptitle(f"{DISKS[disk]}, {config.casing.words}, {config.speeds.from_hz:g} Hz")
 
 
 def _name(file: ResultFile, point: int) -> str:

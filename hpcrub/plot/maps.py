@@ -93,7 +93,7 @@ def interaction_map(canvas: Canvas, file: ResultFile) -> None:
         _say_means(canvas, file, disk)
     axes[0].set_ylabel("frequency [Hz]")
     words = "amplitude of $u_t$ at a frequency,\nlargest of all tips [mm]"
-    canvas.colorbar(image, axes, label=words)
+    canvas.figure.colorbar(image, ax=axes, label=words)
 
 
 def _say_means(canvas: Canvas, file: ResultFile, disk: int) -> None:
@@ -217,7 +217,7 @@ def branches(canvas: Canvas, file: ResultFile) -> None:
     n_lost = np.count_nonzero(file.read("point_status") == DIVERGED)
     if n_lost:
         canvas.note(f"{n_lost} of {branch_of.size} points diverged and are not shown.")
-    canvas.colorbar(image, panels, label="localisation factor [%]", aspect=40)
+    canvas.figure.colorbar(image, ax=panels, label="localisation factor [%]", aspect=40)
 
 
 def _closer(several: Any) -> list[slice]:

@@ -34,7 +34,7 @@ def run_up(canvas: Canvas, file: ResultFile) -> None:
     top = np.nanmax(spectra, initial=1e-6)
     for panel, leg in zip(panels[1], (0, n_legs - 1), strict=True):
         image = _draw_spectrum(panel, file, spectra[leg], leg, top)
-    canvas.colorbar(image, panels[1], label="amplitude [mm]")
+    canvas.figure.colorbar(image, ax=panels[1], label="amplitude [mm]")
 
 
 def _draw_envelopes(axes: Axes, file: ResultFile) -> None:

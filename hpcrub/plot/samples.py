@@ -13,10 +13,10 @@ from hpcrub.plot.families import labels, level_colours
 from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker
 from hpcrub.results.layout import DONE
+from hpcrub.results.samples import n_counted
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import pairs
 from hpcrub.statistics.percentiles import Z_95, probability_interval
-from hpcrub.studies.contact.survey import n_counted
 from hpcrub.studies.energy import amplification
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # shares of the samples that lie inside the contours
@@ -43,7 +43,7 @@ def contact_over_linear(canvas: Canvas, file: ResultFile) -> None:
         panel.set_title(_title(sigma[level], linear, contact), fontsize=11)
         panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
     if image is not None:
-        canvas.colorbar(image, axes, label="share of the samples in denser regions")
+        canvas.figure.colorbar(image, ax=axes, label="share of the samples in denser regions")
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
 
 
@@ -102,7 +102,7 @@ def energy(canvas: Canvas, files: list[ResultFile]) -> None:
     values = {"$A_{nl}$ by strain energy [-]": [amplification(file) for file in files]}
     if all("wear_energy_j" in file for file in files):
         values["energy that wear took [J]"] = [
-            peaks_of_disks(file.read, "wear_energy_j")[0] for file in files
+            peaks_of_disks(file, "wear_energy_j")[0] for file in files
         ]
     axes = canvas.panels(1, len(values), (1.5 + 6.0 * len(values), 5.4))[0]
     words = labels(files) if len(files) > 1 else [files[0].config.casing.words]

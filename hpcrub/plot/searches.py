@@ -10,7 +10,6 @@ from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, DOTTED, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
-from hpcrub.statistics.rare import extrapolated
 from hpcrub.statistics.threshold import ABOVE, BELOW, UNKNOWN
 from hpcrub.studies.checklist import CHANGES, LEAST_CHANGE, moved
 from hpcrub.studies.contact.limits import limits_in_words, severities
@@ -87,11 +86,7 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
 
 @figure("rare", what="a small probability of exceeding a limit", main=True)
 def rare(canvas: Canvas, file: ResultFile) -> None:
-    """Probability of exceeding parts of the limit, with 95 % intervals.
-
-    Two distributions are fitted to all results and extrapolated, with the 95 % scatter of their
-    bootstrap: these are no results, and are drawn beside.
-    """
+    """Probability of exceeding parts of the limit, with 95 % intervals."""
     axes = canvas.panels(1, 1, (8.5, 5.2))[0, 0]
     size = severities(file)[: last_estimate(file)[0]]
     if np.isfinite(size).any():
@@ -100,7 +95,7 @@ def rare(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _draw_tail(axes: Axes, size: np.ndarray) -> None:
-    """Draw the probability of exceeding parts of the limit, with extrapolations.
+    """Draw the probability of exceeding parts of the limit.
 
     size: of n disks, in parts of the limit (n,); NaN: beyond all parts.
     """
@@ -112,10 +107,6 @@ def _draw_tail(axes: Axes, size: np.ndarray) -> None:
     chance = above[some] / n
     bars = np.abs(probability_interval(above[some], n, Z_95) - chance)
     axes.errorbar(at[some], chance, bars, fmt="o", ms=4, color=BLUE, capsize=2, label="disks")
-    curves = extrapolated(known, at) if np.ptp(known) > 0.0 else {}
-    for color, (name, (least, middle, most)) in zip((ORANGE, GREEN), curves.items(), strict=False):
-        axes.fill_between(at, least, most, color=color, alpha=0.2, lw=0)
-        axes.plot(at, middle, "--", lw=1.2, color=color, label=f"extrapolation: {name}")
     axes.axvline(1.0, label="limit", **DOTTED)
     axes.set(yscale="log", ylim=(0.1 / n, 1.3))
     axes.set(xlabel="part of the limit", ylabel="probability of exceeding it")

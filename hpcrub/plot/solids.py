@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, neutral
 from hpcrub.plot.canvas import Canvas
 from hpcrub.plot.style import ORANGE, STYLE
@@ -70,20 +70,19 @@ class Solid(NamedTuple):
         return f"{path.name}: {blades} blades, tip radius {1e3 * self.radius:.4g} mm"
 
 
-def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
+def model(path: str | os.PathLike[str], figure: FigureBase | None = None) -> Axes:
     """The disk of a model file with its contact nodes; a modal study shows its modes.
 
     - path: model file, as `hpcrub import` writes it.
-    - ax: axes with `projection="3d"` to draw into. By default a new figure is made.
+    - figure: Figure or SubFigure to draw into. By default a new figure is made.
 
     Returns the axes drawn into.
-    Raises InputError: the file is no model file, or the axes are flat.
+    Raises InputError when the file is no model file.
     """
     disk = assembly.assemble(neutral.from_arrays(model_file.read(Path(path))))
     solid = Solid(*(getattr(disk, name) for name in Solid._fields))
-    canvas = Canvas(ax)
-    with rc_context(STYLE if canvas.own else {}):
-        axes: Axes = canvas.panels(1, 1, (8, 6), subplot_kw=THREE)[0, 0]
+    with rc_context(STYLE):
+        axes: Axes = Canvas(figure).panels(1, 1, (8, 6), subplot_kw=THREE)[0, 0]
         draw(axes, solid)
         axes.set_title(solid.words(Path(path)))
         axes.legend(loc="lower right")
@@ -93,11 +92,9 @@ def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
 def draw(axes: Any, solid: Solid, shape: Array | None = None) -> None:
     """Draw a disk at rest, with contact nodes and numbers of the blades, or a shape in colours.
 
-    shape: displacements (n, 3), of which the largest is 1; colours show their size, from 0 to 1.
-    Raises InputError when the axes are flat.
+    axes: with three dimensions; shape: displacements (n, 3), of which the largest is 1, and
+    colours show their size, from 0 to 1.
     """
-    if not hasattr(axes, "get_zlim"):
-        raise InputError('a disk in three dimensions needs axes with projection="3d"')
     nodes, tips = 1e3 * solid.nodes, solid.contact_node
     moved = 0.0 if shape is None else DEFORMED * solid.radius * shape
     body = Poly3DCollection(

@@ -11,9 +11,9 @@ from hpcrub.effects.coating import REACHED, depth_of_all
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished
 from hpcrub.plot.responses import SPEED, draw_all, size
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, PINK, edges, marker, polar, shades
+from hpcrub.results.samples import of_levels
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import with_interval
 from hpcrub.studies.contact import findings
@@ -44,7 +44,7 @@ def wear(canvas: Canvas, file: ResultFile) -> None:
     over.set(xlabel="angle of the casing [deg]", ylabel=SPEED, title="tuned disk, all speeds")
     over.set_xticks(range(0, 361, 60))
     over.grid(False)
-    canvas.colorbar(image, [over], label=DEPTH)
+    canvas.figure.colorbar(image, ax=[over], label=DEPTH)
     draw_all(depths, file, "worn_depth_m")
     if file.config.pattern_deviation is None:
         _draw_disks(disks, file)
@@ -93,7 +93,7 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
     """Draw the share of disks over the largest depth they cut, and percentiles, for every level."""
     at, half_range = file.config.convergence.percentiles, 100 * file.read("half_range")
     colours = [BLUE] if len(half_range) == 1 else shades(len(half_range))
-    deepest, bound = finished(file, "deepest_m"), REACHED * depth_of_all(file.config)
+    deepest, bound = of_levels(file, "deepest_m"), REACHED * depth_of_all(file.config)
     for values, level, colour in zip(deepest, half_range, colours, strict=True):
         depth = 1e3 * np.sort(values)
         if not len(depth):

@@ -13,9 +13,8 @@ from hpcrub import effects
 from hpcrub.config import run_up
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
-from hpcrub.effects.effect import Results
 from hpcrub.errors import InputError
-from hpcrub.ranks.progress import amount, console, print_item
+from hpcrub.ranks.progress import amount, print_item
 from hpcrub.response import history
 from hpcrub.response.wear import N_ANGLES
 from hpcrub.results.layout import ANGLE, PENDING, SPEEDS, Dataset, Values
@@ -163,7 +162,7 @@ class Study:
 
     def facts(self, file: ResultFile, disk: int = 0) -> Iterator[str]:
         """Lines about the effects of an input; disk: of a study of whole motions."""
-        return effects.lines(Results(self.name, file.config, file.read, disk))
+        return effects.lines(file, disk)
 
     def findings(self, file: ResultFile) -> Iterable[Finding]:
         """Findings against the results, for the verdict."""
@@ -171,15 +170,11 @@ class Study:
 
     def verdict(self, file: ResultFile) -> Verdict:
         """Verdict on the results."""
-        of_effects = effects.findings(Results(self.name, file.config, file.read))
         doubts = findings.not_resolved(file.warnings)
-        return Verdict.of([*doubts, *of_effects, *self.findings(file)])
+        return Verdict.of([*doubts, *effects.findings(file), *self.findings(file)])
 
-    def answer(self, file: ResultFile, usable: bool, width: int) -> Iterable[str | Table]:
-        """Lines and tables of the results.
-
-        usable: whether the verdict calls them usable; width: of the tables, in letters.
-        """
+    def answer(self, file: ResultFile, usable: bool) -> Iterable[str | Table]:
+        """Lines and tables of the results; usable: whether the verdict calls them usable."""
         return self.report(file)
 
     def conclusion(self, file: ResultFile, usable: bool) -> Iterable[str]:
@@ -202,7 +197,7 @@ class Study:
     def print_results(self, file: ResultFile) -> None:
         """Print verdict and results."""
         verdict = self.verdict(file)
-        for item in (*verdict.printed(), *self.answer(file, verdict.usable, console().width)):
+        for item in (*verdict.printed(), *self.answer(file, verdict.usable)):
             print_item(item)
 
 

@@ -1,8 +1,4 @@
-"""Small probability: when it is known well enough, how many disks that takes, and extrapolations.
-
-Results are *severities*: the largest amplitude or stress as a part of its limit, so that a disk is
-beyond a limit when its severity is above 1.
-"""
+"""Small probability: when it is known well enough, and how many disks that takes."""
 
 import bisect
 from typing import NamedTuple
@@ -61,34 +57,3 @@ def n_to_be_below(target: float, n_above: int, z: float) -> int:
     below = lambda n: bool(probability_interval(n_above, n, z)[1] < target)  # noqa: E731
     numbers = range(n_above + 1, MOST_DISKS)
     return n_above + 1 + bisect.bisect_left(numbers, True, key=below)
-
-
-def extrapolated(severity: np.ndarray, at: np.ndarray, runs: int = 20) -> dict[str, np.ndarray]:
-    """Probabilities of exceeding values (X,), from distributions fitted to severities (n,).
-
-    The severities must not all be equal.
-
-    runs: of the bootstrap. Returns percentiles 2.5, 50 and 97.5 of the probabilities, {name:
-    (3, X)}. Sources: Castanier, Pierre, J. Propuls. Power 22 (2006), on the Weibull distribution of
-    largest values, which has an upper end; Pickands, Ann. Stat. 3 (1975), on what is above the 90th
-    percentile.
-    """
-    from scipy.stats import genpareto, weibull_max  # half a second, spent for figures only
-
-    rng = np.random.default_rng(0)
-    unit = severity.mean()  # the fits start from values about 1
-    severity, at = severity / unit, at / unit
-    weibull, pareto = np.full((2, runs, len(at)), np.nan)
-    for run in range(runs):
-        drawn = rng.choice(severity, len(severity))
-        weibull[run] = weibull_max.sf(at, *weibull_max.fit(drawn))
-        least = np.quantile(drawn, 0.9)
-        beyond = drawn[drawn > least] - least
-        if len(beyond):  # else the largest severities are equal
-            shape = genpareto.fit(beyond, floc=0.0)
-            pareto[run] = np.where(at > least, 0.1 * genpareto.sf(at - least, *shape), np.nan)
-    ends = [2.5, 50.0, 97.5]
-    return {
-        "three-parameter Weibull": np.percentile(weibull, ends, axis=0),
-        "generalised Pareto": np.percentile(pareto, ends, axis=0),
-    }

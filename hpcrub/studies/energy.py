@@ -20,6 +20,7 @@ from hpcrub.response import history
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results.layout import DONE, SPEEDS, Dataset
+from hpcrub.results.samples import n_counted
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
 from hpcrub.runs import findings
@@ -29,7 +30,6 @@ from hpcrub.setup.disks import rubbing_modes, run_deviation
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.study import open_contact, require_complete
-from hpcrub.studies.contact.survey import n_counted
 
 _SAMPLE, _SS = ("sample",), ("sample", "speed")
 LAYOUT = (
@@ -95,7 +95,7 @@ def amplification(file: ResultFile) -> np.ndarray:
 
     NaN where all points of the sample or of the tuned disk have diverged.
     """
-    energy, tuned = peaks_of_disks(file.read, "energy_j")
+    energy, tuned = peaks_of_disks(file, "energy_j")
     return energy / (tuned if tuned > 0.0 else np.nan)
 
 

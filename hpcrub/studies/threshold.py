@@ -175,7 +175,7 @@ class Threshold(Trials):
         seen = np.count_nonzero(file.read("n_disks") > 1)
         yield f"{n_done:,} disks: one at each of {n_values} values, and more at {seen} of them"
 
-    def answer(self, file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
+    def answer(self, file: ResultFile, usable: bool) -> Iterator[str | Table]:
         """The report, and a table of the probability at every value that was looked at."""
         yield from self.report(file)
         yield probabilities(file)

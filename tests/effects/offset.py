@@ -27,9 +27,9 @@ class Offset(Effect):
     def of_disk(self, result, speeds_hz):
         return {"largest_offset_m": largest(result.observed["offset_m"], speeds_hz)[0]}
 
-    def lines(self, results):
-        if results.study == "contact":
-            yield f"tuned offset {1e3 * results.read('tuned/offset_m').max():.4g} mm"
+    def lines(self, file, disk):
+        if file.config.study == "contact":
+            yield f"tuned offset {1e3 * file.read('tuned/offset_m').max():.4g} mm"
 
-    def findings(self, results):
+    def findings(self, file):
         yield Finding(SINGLE, "an offset", "the tips have an offset")

@@ -14,8 +14,9 @@ from hpcrub.config.schema import load_runs
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.plot.amplifications import CURVE_SHIFT, PERCENTILE_SHIFT, ROW_SHIFT
-from hpcrub.plot.families import finished, labels, ordered, reference
+from hpcrub.plot.families import labels, ordered, reference
 from hpcrub.results.layout import DONE, FAILED, PENDING
+from hpcrub.results.samples import of_levels
 from hpcrub.studies.contact import measured
 from hpcrub.studies.contact.layout import AMPLIFICATION
 from tests.plot import drawn
@@ -42,7 +43,7 @@ def test_summary(random, n):
     assert any(("range of 39 samples" if n == N else "1 to 99") in word for word in words(left))
     np.testing.assert_allclose([edges(left, x) for x in speeds], np.transpose([low, high]))
     for name, side in zip(NAMES, (-1, 1), strict=True):
-        levels = finished(file, name)
+        levels = of_levels(file, name)
         assert_percentiles(right, np.array([2.0, 4.0]) + side * CURVE_SHIFT * 2.0, levels)
     ticks = ["±2 %\nσ = 1.2 %", "±4 %\nσ = 2.3 %"]
     assert [text.get_text() for text in right.get_xticklabels()] == ticks
@@ -172,7 +173,7 @@ def test_percentiles_over_sigma(random):
     file = contact_file(random)
     x, axes = 100 * file.read("sigma"), plot.percentiles(file)
     for name, side in zip(NAMES, (-1, 1), strict=True):
-        levels = finished(file, name)
+        levels = of_levels(file, name)
         assert_percentiles(axes, x + side * CURVE_SHIFT * x.max(), levels, (0.0, 1.0))
     assert "39 samples" in axes.get_title()
     assert "open end: too few samples" in words(axes)

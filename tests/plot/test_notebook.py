@@ -1,4 +1,4 @@
-"""Figures as a notebook uses them: a path or an open file, axes of one's own, words, notes.
+"""Figures as a notebook uses them: a path or an open file, a figure of one's own, words, notes.
 
 Truth: the words a reader expects, and that all that is written lies inside the figure.
 """
@@ -6,7 +6,7 @@ Truth: the words a reader expects, and that all that is written lies inside the 
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
-from matplotlib import rc_context, rcParams
+from matplotlib import rcParams
 
 import hpcrub
 from evidence.truth.hexahedra import sector_arrays
@@ -19,17 +19,13 @@ from tests.plot.stored import PATTERN, PHYSICS, contact_file
 from tests.program import TINY, lay_out
 
 
-def test_a_figure_of_a_path_into_axes_of_ones_own(tmp_path):
+def test_a_figure_of_a_path_or_of_an_open_file(tmp_path):
     path = lay_out(tmp_path / "modal.h5", "study: modal")
-    figure, axes = plt.subplots(1, 3)
-    drawn = hpcrub.plot.casing(str(path), ax=axes)
-    assert list(drawn) == list(axes)
+    drawn = hpcrub.plot.casing(str(path))
     drawn[1].set_xlim(0, 90)  # they are the user's to change
-    only = plt.figure().add_subplot()
-    assert hpcrub.plot.casing(path, ax=only) is only
-    assert [line.get_label() for line in only.get_lines()][0] == "deformed casing"
+    assert [line.get_label() for line in drawn[0].get_lines()][0] == "deformed casing"
     with hpcrub.open(path) as file:
-        assert hpcrub.plot.casing(file, ax=only) is only
+        assert len(hpcrub.plot.casing(file)) == 3
         assert file["shapes"].size  # an open file stays open
 
 
@@ -38,14 +34,10 @@ def test_the_users_style_and_figures_stay(random):
     before = dict(rcParams)
     plot.summary(file)
     assert dict(rcParams) == before
-    with rc_context({"font.size": 5.0}):
-        axes = plt.figure().add_subplot()
-        plot.summary(file, ax=axes)
-        assert axes.title.get_fontsize() == pytest.approx(6.0)  # large, of 5
     mine = plt.figure(figsize=(9, 3))
     left, right = mine.subfigures(1, 2)
-    assert all(panel.figure is left for panel in plot.summary(file, ax=left))
-    plot.percentiles(file, ax=right)
+    assert all(panel.figure is left for panel in plot.summary(file, figure=left))
+    plot.percentiles(file, figure=right)
     assert tuple(mine.get_size_inches()) == (9, 3)
 
 
@@ -56,8 +48,8 @@ def test_the_users_style_and_figures_stay(random):
         (lambda file: plot.wear(file), "figure wear is for a coating that wears"),
         (lambda file: plot.summary([file, file]), "figure summary shows one result file, 2 are"),
         (lambda file: plot.compare([]), "shows one result file, 0 are given"),
-        (lambda file: plot.percentiles(file, ax=plt.subplots(1, 2)[1]),
-         "2 axes given, 1 can be drawn into"),
+        (lambda file: plot.percentiles(file, figure=plt.figure().add_subplot()),
+         "figure: a Figure or SubFigure is drawn into, not Axes"),
         (lambda file: plot.summary(file, mode=1), "figure summary does not show a mode"),
     ],
 )  # fmt: skip
@@ -104,9 +96,6 @@ def test_warnings_of_a_file_stand_below_its_figure(random, name):
     figure = np.ravel(draw(file))[0].figure
     assert_nothing_clipped(figure)
     assert {"first", "second"} <= set(figure.legends[0].get_title().get_text().split("\n"))
-    axes = plt.figure().add_subplot()
-    draw(file, ax=axes)
-    assert "first\nsecond" in "\n".join(text.get_text() for text in axes.texts)
 
 
 def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis(random):
@@ -142,12 +131,11 @@ def test_contact_nodes_are_drawn_at_their_places(sector, disk):
     assert [text.get_text() for text in axes.texts] == numbers
 
 
-def test_axes_of_ones_own_and_what_cannot_be_drawn(sector, disk, tmp_path):
-    axes = plt.figure().add_subplot(projection="3d")
-    assert hpcrub.plot.model(sector, ax=axes) is axes
-    with pytest.raises(InputError, match="needs axes with projection="):
-        hpcrub.plot.model(sector, ax=plt.figure().add_subplot())
+def test_a_reduced_model_in_a_figure_of_ones_own(disk, tmp_path):
     small, _ = reduced.reduce_disk(disk, 4)
     path = tmp_path / "reduced.h5"
     model_file.write(path, neutral.to_arrays(small))
-    assert len(hpcrub.plot.model(path).texts) == disk.n_blades
+    mine = plt.figure()
+    axes = hpcrub.plot.model(path, figure=mine)
+    assert axes.figure is mine
+    assert len(axes.texts) == disk.n_blades

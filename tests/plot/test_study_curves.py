@@ -11,7 +11,6 @@ from hpcrub.plot import maps
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.wear import GROOVE, INNER
 from hpcrub.results.layout import DONE
-from hpcrub.studies.contact.survey import for_effects
 from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines, words
 from tests.plot.stored import PATTERN, PHYSICS, File, N, contact_file, modal_file
 from tests.program import TINY
@@ -202,7 +201,7 @@ def test_the_disk_of_a_pattern_is_in_every_panel_of_a_casing_that_vibrates(rando
     assert "mistuned disk" in said
     assert "samples" not in said
     assert "share" not in said
-    assert "percentiles" not in " ".join(CASING.lines(for_effects(file)))
+    assert "percentiles" not in " ".join(CASING.lines(file, 0))
 
 
 @pytest.mark.parametrize(("n_speeds", "width"), [(3, 0.2), (1, 1.0)])

@@ -9,7 +9,6 @@ import pytest
 from hpcrub import effects, studies
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import GROWING, NOT_FED, NOT_STEADY, RUNAWAY, STEADY, count
-from hpcrub.effects.effect import Results
 from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS, Finding, Verdict
 from hpcrub.runs.findings import (
     TIME_KEY,
@@ -76,7 +75,7 @@ def test_a_casing_that_vibrates_must_be_known():
     config = Config(casing={"ring": {"thickness_mm": 20}})
     assert [e.name for e in effects.of(Config())] == []
     (casing,) = effects.of(config)
-    (found,) = casing.findings(Results("contact", config, None))
+    (found,) = casing.findings(SimpleNamespace(config=config))
     assert found.advice.startswith("damping, thickness and radius of the casing can move peaks")
 
 

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.stats import expon, weibull_max
 
 from hpcrub.statistics.percentiles import Z_95, probability_interval
-from hpcrub.statistics.rare import MOST_DISKS, Goal, extrapolated, n_needed
+from hpcrub.statistics.rare import MOST_DISKS, Goal, n_needed
 
 N = (100 * 1.3 ** np.arange(28)).astype(int)  # disks of all estimates, up to 100,000
 
@@ -50,26 +49,3 @@ def test_a_probability_at_the_target_is_seldom_called_below_or_above_it():
         sides = Goal(None, target).side(n_above(target, 4000, rng), N[:, None])
         assert (sides == -1).any(axis=0).mean() < 0.035
         assert (sides == 1).any(axis=0).mean() < 0.035
-
-
-def test_distributions_that_are_fitted_to_their_own_draws_say_the_truth():
-    """Of Weibull draws with an upper end, and of exponential ones, whose Pareto shape is zero."""
-    draws = weibull_max(4.0, 1.5, 0.5).ppf((np.arange(4000) + 0.5) / 4000)
-    at = weibull_max(4.0, 1.5, 0.5).isf([0.1, 0.01])
-    low, _, high = extrapolated(draws, at, runs=8)["three-parameter Weibull"]
-    assert (low < [0.11, 0.012]).all()
-    assert (high > [0.09, 0.008]).all()
-    draws = 1.0 + expon.ppf((np.arange(4000) + 0.5) / 4000)
-    at = 1.0 - np.log([0.05, 0.002])
-    low, _, high = extrapolated(draws, at, 8)["generalised Pareto"]
-    assert (low < [0.052, 0.003]).all()
-    assert (high > [0.048, 0.0013]).all()
-    assert (high - low < [0.02, 0.01]).all()
-
-
-def test_severities_whose_largest_are_alike_have_no_pareto_tail():
-    """Nothing lies beyond their 90th percentile; the fit failed there, and with it the figure."""
-    severity = np.repeat([0.5, 0.8, 1.2], [2, 3, 5])
-    found = extrapolated(severity, np.array([1.0, 2.0]), runs=3)
-    assert np.isnan(found["generalised Pareto"]).all()
-    assert np.isfinite(found["three-parameter Weibull"]).all()

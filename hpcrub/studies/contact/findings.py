@@ -11,6 +11,7 @@ import numpy as np
 from hpcrub import effects
 from hpcrub.config.text import counted, percent
 from hpcrub.contact.status import AVERAGED, DIVERGED, GROWING, NOT_STEADY
+from hpcrub.results import samples
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding, Verdict
@@ -18,7 +19,6 @@ from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import survey
-from hpcrub.studies.contact.survey import n_counted
 
 NO_CONTACT = (
     "no contact: the casing reaches the blades at no speed, so that no disk moves and no limit is "
@@ -56,8 +56,8 @@ def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
     yield from findings.points_without_result(
         counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points
     )
-    lost = sum(survey.n_failed(file, level) for level in config.levels)
-    n, missing = n_counted(file), "are missing in all percentiles"
+    lost = sum(samples.n_failed(file, level) for level in config.levels)
+    n, missing = samples.n_counted(file), "are missing in all percentiles"
     if not (file.status != PENDING).any():
         advice = "no mistuned disk is finished; the same input with --resume goes on"
         yield Finding(USELESS, "no mistuned disk is finished", advice)
@@ -65,7 +65,7 @@ def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
     yield from findings.kinematics(config, counts.largest)
     growth = counts.growing, int(counts.reasons[GROWING]), counts.n_points, counts.shows
     yield from findings.growing(config, *growth)
-    yield from effects.findings(survey.for_effects(file))
+    yield from effects.findings(file)
     yield from findings.not_settled(config, n_unsteady, counts.n_peaks, "peaks")
     yield from _speeds(file, counts)
     yield from findings.not_resolved(file.warnings)
@@ -121,7 +121,7 @@ def _moved(moved: np.ndarray, heading: str, does: str, keys: str) -> Finding:
 
 def check_moves(file: ResultFile, name: str) -> np.ndarray:
     """Relative change of the checked disks' peaks in a check, the tuned one first (n,)."""
-    where = -1, slice(n_counted(file))
+    where = -1, slice(samples.n_counted(file))
     other, own = (
         np.append(file.read(f"tuned/{of}"), file.read(f"samples/{of}", where))
         for of in (f"{name}_peak_m", "peak_amplitude_m")

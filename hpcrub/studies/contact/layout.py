@@ -10,10 +10,10 @@ from hpcrub.config.schema import Config
 from hpcrub.effects.effect import Kind
 from hpcrub.response.quantities import Quantity
 from hpcrub.response.sweep import SweepResult
+from hpcrub.results import samples
 from hpcrub.results.layout import LEVELS, SPEEDS, Dataset, datasets
 from hpcrub.results.verdict import MOST_ADVICE, SEVERITIES
 
-SAMPLES_SEEN = "statistics/samples_seen"  # shared by all kinds
 AMPLIFICATION = Kind("contact", "amplification", "1", "contact amplifications")
 LINEAR = Kind("linear", "linear_amplification", "1", "linear amplifications")
 _S, _VN, _VNS = ("speed",), ("level", "sample"), ("level", "sample", "speed")
@@ -90,7 +90,7 @@ def layout(config: Config) -> Iterator[Dataset]:
     yield Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1")
     yield Dataset("trust", ("line",), "1", "the verdict, and what to do about it", "S400")
     yield Dataset("trust_severity", ("line",), "1", f"severity of these lines: {SEVERITIES}", "u1")
-    yield Dataset(SAMPLES_SEEN, ("block",), "1", "samples seen", "i8")
+    yield Dataset(samples.SEEN, ("block",), "1", "samples seen", "i8")
     for kind in kinds(config):
         for name, text in STATISTICS:
             dimensions = "level", "percentile", "block"

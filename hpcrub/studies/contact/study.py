@@ -10,7 +10,9 @@ from hpcrub.config import study_keys
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
+from hpcrub.results import samples
 from hpcrub.results.layout import DONE, PENDING, Dataset
+from hpcrub.results.samples import n_counted
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
@@ -22,7 +24,6 @@ from hpcrub.studies.contact.amplification import n_runs
 from hpcrub.studies.contact.file import is_untouched, names, read_tuned, read_verdict
 from hpcrub.studies.contact.limits import limit_lines
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
-from hpcrub.studies.contact.survey import n_counted
 
 COST_OF_CHECKS = 5  # of a checked disk: half the step takes 2, four times the time 2 to 3
 # keys and sections in which a study may differ from the contact study that it starts from
@@ -42,7 +43,7 @@ class Contact(Study):
     sections = ("part",)
     scales = {
         "level": "half_range",
-        "block": layout.SAMPLES_SEEN,
+        "block": samples.SEEN,
         "mode": "tuned/mode",
         "run": "tuned/run",
     }
@@ -74,7 +75,7 @@ class Contact(Study):
             "half_range": config.mistuning.half_range[list(config.levels)],
             "sigma": sigma_of(config),
             "sample": np.array(config.samples),
-            layout.SAMPLES_SEEN: config.convergence.step * np.arange(1, n_blocks + 1),
+            samples.SEEN: config.convergence.step * np.arange(1, n_blocks + 1),
         }
 
     def cost(self, config: Config) -> Cost:

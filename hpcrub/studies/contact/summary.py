@@ -1,7 +1,6 @@
 """Results of a contact study as tables and lines for a terminal or a log."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -11,7 +10,7 @@ from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.effects.effect import Spread
 from hpcrub.ranks import progress
-from hpcrub.ranks.progress import WIDTH, console
+from hpcrub.results import samples
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
@@ -26,10 +25,10 @@ AMPLIFICATIONS = Spread(
 )
 
 
-def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
+def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     """Tables and lines about the finished samples, of which there must be some.
 
-    usable: whether the verdict calls percentiles usable; width: of the tables, in letters.
+    usable: whether the verdict calls percentiles usable.
     """
     if is_untouched(file):
         return
@@ -39,19 +38,15 @@ def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
     elif measured.are_few(file):
         yield measured.table(file)
     else:
-        out, table = console(), level_table(file, counts)
-        fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= width
-        yield table if fits else level_table(file, counts, narrow=True)
-        if len(file.config.samples) > 1:
-            yield interval_table(file, AMPLIFICATIONS)
-            for effect in effects.of(file.config):
-                yield from (interval_table(file, spread) for spread in effect.spreads)
+        yield level_table(file, counts)
+        of_effects = (spread for e in effects.of(file.config) for spread in e.spreads)
+        yield from (interval_table(file, spread) for spread in (AMPLIFICATIONS, *of_effects))
     yield tuned_line(file)
     yield from limits.largest_line(file, counts)
     yield from limits.engines_lines(file, usable)
-    yield from effects.lines(survey.for_effects(file))
-    is_one = file.config.pattern_deviation is not None
-    yield from (limits.limit_lines if is_one else limits.chance_table)(file, usable)
+    yield from effects.lines(file)
+    for level in range(len(file.config.levels)):
+        yield from limits.limit_lines(file, usable, level)
     yield from point_lines(counts)
 
 
@@ -73,17 +68,11 @@ def tuned_line(file: ResultFile) -> str:
     return text + (f"; the symmetric motion, {equal:.2f} mm, does not stay" if equal > 0.0 else "")
 
 
-def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) -> Table:
-    """One row per mistuning level; narrow: without sigma, and with fewer digits."""
-    percentiles = file.config.convergence.percentiles
-    names = "/".join(f"{p:g}" for p in percentiles)
-    headings = ["level", "sigma", "samples", "A_nl", "A_lin", "error", "not\nsteady", "diverged"]
-    table = progress.table(
-        f"Amplifications, percentiles {names}, convergence error",
-        [heading for heading in headings if not (narrow and heading == "sigma")],
-        padding=(0, 0) if narrow else (0, 1),
-    )
-    digits, status = 2 if narrow else 3, file.status[:, : survey.n_counted(file)]
+def level_table(file: ResultFile, found: survey.Survey) -> Table:
+    """One row per mistuning level: how many samples there are, and how far to trust them."""
+    headings = "level", "sigma", "samples", "error", "not\nsteady", "diverged"
+    table = progress.table("Samples, convergence error of A_nl, points", headings)
+    status = file.status[:, : samples.n_counted(file)]
     half_range, sigma = file.read("half_range"), file.read("sigma")
     for level in range(len(half_range)):
         n_done, n_failed = (np.count_nonzero(status[level] == s) for s in (DONE, FAILED))
@@ -91,16 +80,10 @@ def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) ->
         not_steady, diverged = points[[NOT_STEADY, DIVERGED]] / max(1, points[1:].sum())
         error = file.read(AMPLIFICATION.dataset("convergence_error"), level)  # (P, K)
         known = np.flatnonzero(np.isfinite(error).all(axis=0))
-        contact, linear = (
-            _percentile_text(survey.finished(file, level, name), percentiles, digits)
-            for name in ("amplification", "linear_amplification")
-        )
         table.add_row(
             f"±{100 * half_range[level]:.3g} %",
-            *(() if narrow else (f"{100 * sigma[level]:.2f} %",)),
+            f"{100 * sigma[level]:.2f} %",
             f"{n_done}" + (f" (+{n_failed} failed)" if n_failed else ""),
-            contact,
-            linear,
             f"{100 * error[:, known[-1]].max():.2f} %" if len(known) else "-",
             f"{100 * not_steady:.2f} %",
             f"{100 * diverged:.2f} %",
@@ -119,7 +102,7 @@ def interval_table(file: ResultFile, spread: Spread) -> Table:
     for level, half_range in enumerate(file.read("half_range")):
         columns = []
         for name in spread.columns.values():
-            values = spread.factor * survey.finished(file, level, name)
+            values = spread.factor * samples.finished(file, level, name)
             columns.append(with_interval(values, at, survey.shared_uncertainty(file, name)).T)
         for percentile, *found in zip(at, *columns, strict=True):
             parts = (part for value, *ends in found for part in ([value], ends))
@@ -132,12 +115,6 @@ def point_lines(found: survey.Survey) -> Iterator[str]:
     """Numbers of points by the reason why they have no result, and sweeps of the force solver."""
     yield from point_status.lines(found.reasons, found.n_points)
     yield f"contact forces: at most {found.sweeps} sweeps of the solver in a step"
-
-
-def _percentile_text(values: Any, percentiles: Any, digits: Any) -> str:
-    if len(values) < 2:
-        return f"{values[0]:.{digits}f}" if len(values) else "-"
-    return "/".join(f"{p:.{digits}f}" for p in np.percentile(values, percentiles))
 
 
 def pattern_table(file: ResultFile) -> Table:

@@ -1,15 +1,14 @@
 """Counts of the points and peaks of a contact study, over all samples that count."""
 
-from functools import partial
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED
-from hpcrub.effects.effect import Results
-from hpcrub.results.layout import DONE, FAILED
+from hpcrub.results.layout import DONE
+from hpcrub.results.samples import n_counted
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, finite, percentile_interval
 from hpcrub.studies.contact import layout
@@ -80,42 +79,6 @@ def survey(file: ResultFile) -> Survey:
         shows=float(latest) if np.isfinite(latest) else np.nan,
         sweeps=sweeps,
     )
-
-
-def n_counted(file: ResultFile) -> int:
-    """Number of samples of each level that the tables count.
-
-    A study that stops when it has converged counts its samples up to there only: how many more it
-    has computed depends on the number of ranks.
-    """
-    n_all = len(file.config.samples)
-    if not file.config.convergence.stop_when_converged:
-        return n_all
-    known = np.isfinite(file.read(layout.AMPLIFICATION.dataset("percentile"))).any(axis=1)  # (V, K)
-    blocks = np.flatnonzero(known.all(axis=0))
-    return int(file.read(layout.SAMPLES_SEEN, blocks[-1])) if len(blocks) else n_all
-
-
-def n_failed(file: ResultFile, level: int) -> int:
-    """Number of samples of a level without a result, among those that count."""
-    status = file.read("samples/status", (level, slice(n_counted(file))))
-    return int(np.count_nonzero(status == FAILED))
-
-
-def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
-    """Finite values of a dataset for the finished samples of a level, among those that count."""
-    return finite(_finished_rows(file, level, name))
-
-
-def _finished_rows(file: ResultFile, level: int, name: str) -> Any:
-    where = level, slice(n_counted(file))
-    done = file.read("samples/status", where) == DONE
-    return file.read(f"samples/{name}", where)[done]
-
-
-def for_effects(file: ResultFile) -> Results:
-    """Results of a file, as effects read them."""
-    return Results("contact", file.config, file.read, samples=partial(_finished_rows, file))
 
 
 def shared_uncertainty(file: ResultFile, name: str = "amplification") -> np.ndarray:

@@ -84,16 +84,57 @@ def _steady_words(file: ResultFile) -> str:
     return f"; steady {1e3 * float(file.read('tuned/steady_reference_m')):.3g} mm"
 
 
-def answer(file: ResultFile, usable: bool, width: int) -> Iterator[str | Table]:
-    """Lines about the tuned disk, the percentiles of all disks, limits, wear, and chance."""
-    yield from report(file)
+def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
+    """Tables of all runs and of the percentiles of all disks, and a line about chance."""
+    yield run_table(file)
     if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
         yield percentile_table(file)
-    yield from steady_lines(file)
-    yield from limit_lines(file)
-    yield from stress_lines(file)
-    yield from wear_lines(file)
     yield chance_line(file)
+
+
+def run_table(file: ResultFile) -> Table:
+    """A row for each rate and leg: the tuned disk beside the largest of all disks."""
+    columns = _columns(file)
+    title = f"Tuned disk, and most of all disks, medians of the repetitions{_steady_words(file)}"
+    found = progress.table(title, ("Hz/s", "leg", *columns))
+    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
+        for leg, name in enumerate(leg_names(file)):
+            cells = (f"{values[rate, leg]:.4g}" for values in columns.values())
+            found.add_row(f"{hz_per_s:g}", name, *cells)
+    return found
+
+
+def _columns(file: ResultFile) -> dict[str, np.ndarray]:
+    """Numbers of every rate and leg by their headings, as far as the study has them."""
+    config = file.config
+    shown = [("peak_amplitude_m", 1e3, "[mm]")]
+    if config.observes_stress:
+        shown.append(("peak_stress_pa", 1e-6, "[MPa]"))
+    if config.contact.wears:
+        shown.append(("worn_depth_m", 1e3, "worn [mm]"))
+    columns = {}
+    for name, factor, unit in shown:
+        columns[f"tuned\n{unit}"] = factor * of_tuned(file, name)
+        columns[f"most\n{unit}"] = factor * np.fmax.reduce(of_disks(file, name), axis=(0, 1))
+    if config.limits.amplitude_mm is not None or config.limits.stress is not None:
+        seconds, cycles = (
+            np.concatenate([file.read(f"{group}/{name}").reshape(-1, *file.shape(f"tuned/{name}"))
+                            for group in ("tuned", "samples")]).swapaxes(1, 2)
+            for name in ("seconds_above_s", "cycles_above")
+        )  # fmt: skip
+        beyond = np.ma.masked_invalid(seconds) > 0.0  # without runs that have no result
+        columns["beyond\nlimit [%]"] = 100.0 * np.ma.filled(beyond.mean(axis=(0, 1)), np.nan)
+        columns["longest\n[s]"] = np.fmax.reduce(seconds, axis=(0, 1))
+        columns["most\ncycles"] = np.fmax.reduce(cycles, axis=(0, 1))
+    if (beside := beside_steady(file)) is not None:
+        columns |= {
+            "disks": beside.n,
+            "below\nsteady": beside.below,
+            "above\nsteady": beside.above,
+            "median\nratio": beside.median,
+            "largest\nratio": beside.largest,
+        }
+    return columns
 
 
 def percentile_table(file: ResultFile) -> Table:
@@ -128,90 +169,33 @@ def percentile_table(file: ResultFile) -> Table:
 
 
 class Beside(NamedTuple):
-    """Run-ups of many disks beside their steady peaks, in one leg at one rate."""
+    """Run-ups of many disks beside their steady peaks, at each rate and in each leg."""
 
-    words: str  # rate and leg
-    n: int  # disks
-    below: int  # disks of which all repetitions are below their steady peak
-    above: int  # disks of which all are above
-    median: float  # of the ratios of all repetitions [-]
-    largest: float
+    n: np.ndarray  # disks
+    below: np.ndarray  # disks of which all repetitions are below their steady peak
+    above: np.ndarray  # disks of which all are above
+    median: np.ndarray  # of the ratios of all repetitions [-]
+    largest: np.ndarray
 
 
-def beside_steady(file: ResultFile) -> Iterator[Beside]:
-    """Run-ups beside the steady study of `sources`, at every rate and in every leg."""
+def beside_steady(file: ResultFile) -> Beside | None:
+    """Run-ups beside the steady study of `sources`; None without one, or without a result."""
     if "samples/steady_peak_m" not in file:
-        return
+        return None
     peaks, steady = file.read("samples/peak_amplitude_m"), file.read("samples/steady_peak_m")
     over = _over(peaks, np.broadcast_to(steady[:, :, None, None, None], peaks.shape))
-    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
-        for leg, name in enumerate(leg_names(file)):
-            mine = over[:, :, rate, :, leg].reshape(-1, over.shape[3])
-            mine = mine[np.isfinite(mine).all(axis=1)]
-            if len(mine):
-                yield Beside(
-                    words=f"{hz_per_s:g} Hz/s, {name}",
-                    n=len(mine),
-                    below=int((mine.max(axis=1) < 1.0).sum()),
-                    above=int((mine.min(axis=1) > 1.0).sum()),
-                    median=float(np.median(mine)),
-                    largest=float(mine.max()),
-                )
-
-
-def steady_lines(file: ResultFile) -> Iterator[str]:
-    """How many disks stay below the steady answer, and how many go above."""
-    for found in beside_steady(file):
-        yield (
-            f"{found.words}: {found.below} of {found.n} disks stay below their steady peak, "
-            f"{found.above} go above; median ratio {found.median:.3f}, largest {found.largest:.3f}"
-        )
-
-
-def limit_lines(file: ResultFile) -> Iterator[str]:
-    """Time and cycles above the limits, the most of all disks and repetitions."""
-    limits = file.config.limits
-    if limits.amplitude_mm is None and limits.stress is None:
-        return
-    seconds, cycles = (
-        np.concatenate([file.read(f"{group}/{name}").reshape(-1, *file.shape(f"tuned/{name}"))
-                        for group in ("tuned", "samples")])
-        for name in ("seconds_above_s", "cycles_above")
-    )  # fmt: skip
-    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
-        whole = seconds[:, rate].sum(axis=-1), cycles[:, rate].sum(axis=-1)
-        known = np.isfinite(whole[0])
-        beyond = (whole[0][known] > 0.0).mean() if known.any() else np.nan
-        yield (
-            f"{hz_per_s:g} Hz/s: {100.0 * beyond:.3g} % of all runs exceed a limit, for up to "
-            f"{np.nanmax(whole[0]):.3g} s and {np.nanmax(whole[1]):.0f} cycles"
-        )
-
-
-def stress_lines(file: ResultFile) -> Iterator[str]:
-    """Largest stress of the tuned disk and of all disks, at every rate and leg."""
-    if not file.config.observes_stress:
-        return
-    tuned = 1e-6 * of_tuned(file, "peak_stress_pa")
-    largest = 1e-6 * np.fmax.reduce(of_disks(file, "peak_stress_pa"), axis=(0, 1))
-    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
-        parts = (
-            f"{name} {tuned[rate, leg]:.0f} (all disks up to {largest[rate, leg]:.0f})"
-            for leg, name in enumerate(leg_names(file))
-        )
-        yield f"largest stress at {hz_per_s:g} Hz/s [MPa]: tuned {', '.join(parts)}"
-
-
-def wear_lines(file: ResultFile) -> Iterator[str]:
-    """Worn depth of the tuned disk's coating at the end of every leg."""
-    if not file.config.contact.wears:
-        return
-    for hz_per_s, worn in zip(file.read("hz_per_s"), of_tuned(file, "worn_depth_m"), strict=True):
-        parts = ", ".join(
-            f"{1e6 * depth:.1f} (after {leg})"
-            for leg, depth in zip(leg_names(file), worn, strict=True)
-        )
-        yield f"worn depth at {hz_per_s:g} Hz/s, tuned disk [um]: {parts}"
+    over = np.moveaxis(over, 3, -1).reshape(-1, *peaks.shape[2::2], peaks.shape[3])
+    known = np.isfinite(over).all(axis=-1)  # (disks, rate, leg)
+    if not known.any(axis=0).all():
+        return None
+    over[~known] = np.nan
+    return Beside(
+        n=np.count_nonzero(known, axis=0),
+        below=np.count_nonzero(over.max(axis=-1) < 1.0, axis=0),
+        above=np.count_nonzero(over.min(axis=-1) > 1.0, axis=0),
+        median=np.nanmedian(over, axis=(0, -1)),
+        largest=np.nanmax(over, axis=(0, -1)),
+    )
 
 
 def chance_line(file: ResultFile) -> str:
@@ -288,15 +272,17 @@ def findings(file: ResultFile) -> Iterator[Finding]:
 
 def _above_steady(file: ResultFile) -> Iterator[Finding]:
     """Finding about disks whose run-up is above their steady answer."""
-    above = [found for found in beside_steady(file) if found.above]
-    if above:
-        most = max(above, key=lambda found: found.above / found.n)
-        yield Finding(
-            REMARK, "run-ups above the steady answer",
-            f"in all repetitions {most.above} of {most.n} disks go above their steady peak "
-            f"({most.words}), single runs by up to {100.0 * (most.largest - 1.0):.2g} %: motions "
-            "of another branch, or that have not settled; the steady study is no upper bound",
-        )  # fmt: skip
+    beside = beside_steady(file)
+    if beside is None or not beside.above.any():
+        return
+    rate, leg = np.unravel_index((beside.above / beside.n).argmax(), beside.n.shape)
+    yield Finding(
+        REMARK, "run-ups above the steady answer",
+        f"in all repetitions {beside.above[rate, leg]} of {beside.n[rate, leg]} disks go above "
+        f"their steady peak ({file.read('hz_per_s')[rate]:g} Hz/s, {leg_names(file)[leg]}), single "
+        f"runs by up to {100.0 * (beside.largest[rate, leg] - 1.0):.2g} %: motions of another "
+        "branch, or that have not settled; the steady study is no upper bound",
+    )  # fmt: skip
 
 
 def _at_the_ends(file: ResultFile) -> Iterator[Finding]:
