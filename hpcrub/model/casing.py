@@ -17,6 +17,8 @@ MOST_ANGLES = 2**17
 FINER = 16  # angles per cut-off wavelength of smoothed points, at least
 ORDER = 4  # exponent of the spline filter
 RELEVANT = 0.01  # amplitude of a relevant order, over the largest of any order
+FEWEST_POINTS = 50  # measured points, below which a shape is not told from noise
+ALTERNATES = -0.3  # correlation of neighbours below which measured points are noisy
 ACROSS = np.union1d(np.linspace(-3.0, 3.0, 49), (-math.sqrt(0.5), 0.0, math.sqrt(0.5)))
 
 
@@ -83,6 +85,30 @@ def smoothed(measured: tuple[tuple[float, float], ...], cut_off: float) -> np.nd
     spectrum /= 1.0 + (order * cut_off / (2.0 * np.pi)) ** ORDER
     rows = [np.fft.irfft((1j * order) ** k * spectrum, n) for k in range(3)]
     return np.array([grid, *rows])
+
+
+def noise_left(profile: Profile) -> float:
+    """Noise that smoothing leaves in measured points: rms slope over that of the smoothed points.
+
+    Points with noise of variance v stand out of the line between their neighbours by 1.5 v, in
+    turns: the correlation of neighbours is then -2/3, and 1 for a shape. 0 where they do not, or
+    where points are too few to tell. The noise has 2 v/n in each order, of which the filter leaves
+    a part; points are taken for evenly spaced.
+    """
+    angle, height = np.array(profile.measured).reshape(-1, 2).T
+    if len(angle) < FEWEST_POINTS:
+        return 0.0
+    after = np.diff(angle, append=angle[0] + 2.0 * np.pi)
+    before = np.roll(after, 1)
+    line = (np.roll(height, 1) * after + np.roll(height, -1) * before) / (before + after)
+    noise = height - line
+    if not (noise * np.roll(noise, 1)).sum() < ALTERNATES * (noise * noise).sum():
+        return 0.0
+    n, order = len(angle), np.arange(1.0, len(angle) // 2 + 1)
+    kept = order * np.sinc(order / n) ** 2  # of the lines between points
+    kept /= 1.0 + (order * profile.cut_off / (2.0 * np.pi)) ** ORDER
+    left = (noise * noise).mean() / 1.5 * 2.0 / n * (kept * kept).sum()
+    return math.sqrt(left / np.square(smoothed(profile.measured, profile.cut_off)[2]).mean())
 
 
 def bump_height(

@@ -14,6 +14,7 @@ from hpcrub.config.run_up import runs_up
 from hpcrub.config.schema import Config
 from hpcrub.config.text import lines_of
 from hpcrub.model import families
+from hpcrub.model.casing import noise_left
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.model.tuned_basis import own_modes
 from hpcrub.response.ensemble import SETTLED
@@ -32,6 +33,7 @@ FASTEST_TIP = 800.0  # [m/s]; fans run at 300 to 550
 WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
 STEEP = 0.03  # slope of the casing; friction that differs by it moves a tuned peak by 3 to 12 %
 NOISE = 0.1  # share of the casing's height that blades meet, which smoothing may take away
+NOISY = 0.2  # share of the slope of a smoothed casing that may be noise
 TRANSIENT = 0.05  # share of a transient that may be left at the first check of last_window
 # error of a linear resonance by the shapes of another speed that need not be told; where it is
 # 1.5 % on rotor 67, amplitudes in contact are 3 and 4 % off
@@ -203,11 +205,16 @@ def _noise_warnings(config: Config) -> Iterator[str]:
     nearest = config.clearance + config.disk.least_clearance
     met = max(0.0, outline.highest - max(nearest, outline.mean))
     is_raw = casing.profile.measured and casing.smoothing == 0.0
+    left = noise_left(casing.profile)
     is_taken = away > NOISE * met and outline.highest + away > nearest
     return lines_of(
         (is_raw,
          "noise: the measured points of the casing are not smoothed, and noise of the measurement "
          "counts as its shape; leave out casing.smoothing_mm and compare"),
+        (not is_raw and not is_taken and left > NOISY,
+         f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm leaves noise from point to point "
+         f"whose slope is {left:.2g} of the measured casing's, and it counts as its shape: more "
+         "points, or a longer casing.smoothing_mm, and compare"),
         (not is_raw and is_taken,
          f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm takes up to {1e3 * away:.2g} mm "
          f"from the measured casing, of which blades meet {1e3 * met:.2g} mm; the results depend "

@@ -11,6 +11,7 @@ from hpcrub import studies
 from hpcrub.commands import run as cli
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config, load_runs
+from hpcrub.model.casing import noise_left, smoothed
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.runs.findings import not_resolved, not_settled
 from hpcrub.setup import input_files, plausibility
@@ -250,6 +251,35 @@ def test_noise_of_a_measurement_is_no_geometry_or_is_marked(noise, keys, marked)
     points = {"profile_deg": angle.tolist(), "profile_mm": (-height).tolist(), "clearance_mm": 0}
     config = Config(casing=points, forcing={"engine_order": 2}).replace(keys)
     assert [line[: len(marked)] for line in told(config)] == [marked] * bool(marked)
+
+
+@pytest.mark.parametrize(
+    ("n", "noise", "smoothing", "marked"),
+    [
+        (720, 4e-3, 1, True),  # points every 4.4 mm
+        (720, 4e-3, 8, True),
+        (720, 4e-3, 16, True),
+        (720, 4e-3, None, False),  # a tenth of the slope
+        (720, 0.0, 1, False),
+        (100, 0.0, 1, False),
+        (100, 8e-3, None, True),
+    ],
+)
+def test_noise_that_smoothing_leaves_is_marked(n, noise, smoothing, marked):
+    """It is found without knowing the shape: here both are known."""
+    angle = 2 * np.pi * np.arange(n) / n
+    error = 1e-3 * noise * np.random.default_rng(4).standard_normal(n)
+    height = 0.25e-3 * np.cos(2 * angle) + error
+    points = {"profile_deg": np.degrees(angle).tolist(), "profile_mm": (-1e3 * height).tolist()}
+    config = Config(casing=points | {"smoothing_mm": smoothing, "clearance_mm": 0},
+                    forcing={"engine_order": 2})  # fmt: skip
+    assert bool(told(config, "leaves noise from point to point")) == marked
+    profile = config.casing.profile
+    pairs = (tuple(zip(angle, values, strict=True)) for values in (error, height))
+    own, whole = (np.std(smoothed(pair, profile.cut_off)[2]) for pair in pairs)
+    if marked:
+        assert noise_left(profile) == pytest.approx(own / whole, rel=0.5)
+    assert (own / whole > 0.2) == marked
 
 
 def test_flutter_is_told_of_every_level():
