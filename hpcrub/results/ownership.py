@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from hpcrub.errors import InputError, complain, reason
+from hpcrub.errors import InputError, reason
 
 NO_LOCKS = errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP  # errors of a file system without locks
 
@@ -16,17 +16,14 @@ NO_LOCKS = errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP  # errors of a file syst
 class Lock:
     """Keeps a second job off the same result file, until release or the end of the process.
 
-    The library `filelock` does not do: it leaves its file beside every result, and on a file system
-    without locks it takes the existence of this file for a lock, so that after kill -9 nobody could
-    go on.
-
-    On a file system without locks a line says that nobody is kept off. Two jobs on one file then
-    compute the same bits twice.
+    The library `filelock` does not do: it leaves its file beside every result. On a file system
+    without locks the existence of this file is the lock; after kill -9 somebody has to delete it.
     """
 
     def __init__(self, path: str | Path) -> None:
         """Take the lock. Raises InputError when another job has it or the folder cannot be used."""
         self.path = Path(f"{os.path.realpath(path)}.hpcrub-lock")
+        self._is_new = False
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             while not self._locked(path):
@@ -38,6 +35,9 @@ class Lock:
 
     def _locked(self, path: Any) -> Any:
         """Lock the file; returns False when its name has meanwhile passed to another file."""
+        with contextlib.suppress(FileExistsError):
+            os.close(os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666))
+            self._is_new = True
         found = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
         self._file = open(found, "r+b", buffering=0)  # noqa: SIM115, closed by release
         try:
@@ -45,9 +45,11 @@ class Lock:
         except OSError as error:
             if error.errno in (errno.EAGAIN, errno.EACCES):
                 raise InputError(f"{path} is in use by another job") from None
-            complain(
-                f"hpcrub: no locks in {self.path.parent}: a second job on {path} is not noticed"
-            )
+            if not self._is_new:  # a file system without locks
+                raise InputError(
+                    f"{path} is in use by another job, or one was killed, which this file system "
+                    f"without locks does not tell: if none runs, delete {self.path}"
+                ) from None
         return self._is_named()
 
     def _is_named(self) -> Any:

@@ -28,7 +28,7 @@ def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> No
     steady = problem.scene.steady._replace(
         window_revolutions=1, first_check=1.0 / SPEED, max_time=2.0 / SPEED
     )
-    scene = problem.scene._replace(steady=steady)
+    scene = problem.scene._replace(steady=steady, running=None)  # else nothing might touch
 
     def load() -> None:
         for width in scene.lanes:
