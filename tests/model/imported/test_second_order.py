@@ -8,9 +8,9 @@ from evidence.truth.hexahedra import SMALL, about, matrices, sector_arrays, stor
 from hpcrub.commands import import_bending, import_model
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, bending, bent_blades, neutral, reduced
-from hpcrub.model.imported.blade_modes import inner_rows
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cartesian
+from hpcrub.model.imported.reduced import inner_rows
 from hpcrub.model.imported.second_order import second_order
 from hpcrub.results import model_file
 
