@@ -295,7 +295,7 @@ def unequal(values):
     ("spoil", "message"),
     [
         (changed("second_order_tips", unequal), "second_order_tips: not symmetric"),
-        (changed("second_order_blade", unequal), "second_order_blade: not symmetric in its three"),
+        (changed("second_order_blade", unequal), "second_order_blade: not symmetric"),
         (changed("second_order_tips", lambda a: -a), "second_order_tips: the blade becomes longer"),
         (changed("second_order_tips", lambda a: 1e3 * a), "shorter by .* are the units"),
         (changed("second_order_tips", lambda a: 1e-3 * a), "shorter by .* are the units"),
