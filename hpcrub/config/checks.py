@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config import aero, resolution, run_up
-from hpcrub.config.text import counted, flatten, lines_of, show
+from hpcrub.config.run_up import CLEARANCES
+from hpcrub.config.text import counted, curve_problems, flatten, lines_of, show
 
 MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # most time steps of a revolution
@@ -43,6 +44,13 @@ GOES_WITH = {
         *("run_up.from_hz", "run_up.to_hz", "run_up.hz_per_s", "run_up.hold_s", "run_up.passes"),
     ),
     "no casing.clearance_hz_mm": ("casing.clearance_s_mm",),
+    # waves are met where tips rest, and a law of one's own has its forces along directions at rest
+    "no casing.ring.thickness_mm or casing.modes or casing.modes_csv or contact.own_law": (
+        "contact.kinematics: second_order",
+    ),
+    # what blades cut at one speed would stay cut at all that follow
+    "contact.law: rigid or elastic": ("study: branches",),
+    "no convergence.stop_when_converged": ("part",),  # of the whole study, which a part cannot see
 }
 # The same of keys that are not refused, but have no effect without it.
 USELESS_WITHOUT = {
@@ -75,7 +83,7 @@ def problems(config: Any) -> Iterator[str]:
     if config.disk.is_resolved:
         yield from aero.problems(config.aero, config.disk.n_blades)
     yield from (*_contact_problems(config), *_run_problems(config), *_pattern_problems(config))
-    yield from (*_part_problems(config), *run_up.problems(config))
+    yield from run_up.problems(config)
 
 
 def keys_without_effect(config: Any) -> Iterator[str]:
@@ -192,21 +200,11 @@ def _casing_problems(c: Any) -> Iterator[str]:
 
 def _clearance_problems(c: Any) -> Iterator[str]:
     table, blades = c.casing.clearance_hz_mm, c.casing.blade_clearance_mm
-    points = table if isinstance(table, tuple) else ()
-    speeds = [speed for speed, _ in points]
-    if any(a >= b for a, b in pairwise(speeds)):
-        yield "casing.clearance_hz_mm: the speeds of the points are not increasing"
-    elif points and (c.speeds.from_hz < speeds[0] or c.speeds.to_hz > speeds[-1]):
-        yield (
-            f"casing.clearance_hz_mm: points from {speeds[0]:g} to {speeds[-1]:g} Hz say nothing "
-            f"of all speeds from {c.speeds.from_hz:g} to {c.speeds.to_hz:g} Hz"
-        )
-    for speed, clearance in points:
-        if not 0.0 <= clearance <= 1e4:
-            yield (
-                f"casing.clearance_hz_mm: {clearance:g} mm at {speed:g} Hz; a clearance from 0 up "
-                "to 10,000 mm is allowed"
-            )
+    low, high = c.speeds.from_hz, c.speeds.to_hz
+    yield from curve_problems(
+        "casing.clearance_hz_mm", table if isinstance(table, tuple) else (),
+        ("speeds", "Hz", "mm"), CLEARANCES, (low, high), f"all speeds from {low:g} to {high:g} Hz",
+    )  # fmt: skip
     is_known = c.casing.is_resolved and _can_be_listed(c.speeds)
     if is_known and c.clearance < 0.0:
         yield (
@@ -270,14 +268,6 @@ def _ring_problems(casing: Any) -> Iterator[Any]:
 
 def _contact_problems(c: Any) -> Iterator[Any]:
     coating = c.contact.coating
-    yield from lines_of(
-        (c.contact.bends and c.casing.vibrates,
-         "contact.kinematics: second_order does not go with a casing that vibrates (casing.modes, "
-         "casing.ring), whose waves are met where tips rest"),
-        (c.contact.bends and c.contact.own_law is not None,
-         "contact.kinematics: second_order does not go with contact.own_law, which computes forces "
-         "along directions at rest"),
-    )  # fmt: skip
     if not c.contact.wears:
         return
     yield from lines_of(
@@ -287,10 +277,6 @@ def _contact_problems(c: Any) -> Iterator[Any]:
         (c.disk.model is not None and coating.tip_area_mm2 is None,
          "contact.coating.tip_area_mm2: a model file does not say how large the tip of a blade is; "
          "give its area"),
-        (c.study == "branches",
-         "contact.law: abradable does not fit study: branches, in which a speed goes on from the "
-         "motion at another: what the blades have cut at one speed would stay cut at all that "
-         "follow"),
     )  # fmt: skip
 
 
@@ -340,6 +326,9 @@ def _run_problems(c: Any) -> Iterator[Any]:
          f"patterns.types_percent: {show(c.patterns.types_percent)} are not different types"),
         (c.study == "rare" and c.mistuning.half_range_percent[0] == 0.0,
          "mistuning.half_range_percent: of 0 makes all disks of a rare study alike"),
+        (not c.samples.start < c.samples.stop <= c.mistuning.samples,
+         f"part.samples: {show(c.part.samples)} is no range of the {c.mistuning.samples} of "
+         "mistuning.samples"),
         (c.threshold.lowest >= c.threshold.highest,
          "threshold.highest: is not above threshold.lowest"),
     )  # fmt: skip
@@ -379,18 +368,4 @@ def _law_problems(c: Any) -> Iterator[Any]:
         (m.largest >= 1.0,
          f"mistuning.intentional_percent: with the half range a blade deviates by "
          f"{100 * m.largest:.4g} %; less than 100 % is allowed"),
-    )  # fmt: skip
-
-
-def _part_problems(c: Any) -> Iterator[Any]:
-    samples = c.part.samples
-    if samples is None:
-        return
-    yield from lines_of(
-        (c.convergence.stop_when_converged,
-         "part.samples: a part cannot know when the whole study has converged; leave out "
-         "convergence.stop_when_converged"),
-        (not samples[0] < samples[1] <= c.mistuning.samples,
-         f"part.samples: {show(samples)} is no range of the {c.mistuning.samples} of "
-         "mistuning.samples"),
     )  # fmt: skip

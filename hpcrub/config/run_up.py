@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.config.text import lines_of
+from hpcrub.config.text import curve_problems, lines_of
 from hpcrub.response.schedule import Schedule
 
 N_INTERVALS = 50  # intervals of speed, if the input does not say
 MOST_INTERVALS = 2000
 MOST_TURNS = 1e8  # revolutions of a run
+CLEARANCES = 0.0, 1e4  # least and largest of a table [mm]
 RATE = (1.0,)  # gain of speed, if the input does not say [Hz/s]
 OF_TRIALS = "threshold", "rare", "checklist"  # studies whose disks run up where an input says so
 
@@ -87,38 +88,22 @@ def problems(c: Any) -> Iterator[str]:
         )
     if longest.turned[-1] > MOST_TURNS:
         yield f"run_up.hz_per_s: a run of {longest.turned[-1]:.2g} revolutions; up to 1e8 can be"
-    yield from _clearance_problems(over_time or (), float(longest.time[-1]))
+    lasts = float(longest.time[-1])
+    yield from curve_problems(
+        "casing.clearance_s_mm", over_time, ("times", "s", "mm"), CLEARANCES,
+        (0.0, lasts * (1.0 - 1e-9)), f"a run of {lasts:.6g} s",
+    )  # fmt: skip
 
 
 def _table_problems(c: Any, table: Any) -> Iterator[str]:
     """Error lines about a table of speeds over the time."""
-    times, speeds = [t for t, _ in table], [f for _, f in table]
-    if not times:
+    if not table:
         return
+    speeds = [speed for _, speed in table]
     back = {np.sign(b - a) for a, b in pairwise(speeds)} >= {-1.0, 1.0}
+    yield from curve_problems("run_up.speed_s_hz", table, ("times", "s", "Hz"), (1e-6, 1e5))
     yield from lines_of(
-        (times[0] != 0.0, f"run_up.speed_s_hz: the first time is {times[0]:g} s, not 0"),
-        (any(a >= b for a, b in pairwise(times)),
-         "run_up.speed_s_hz: the times of the points are not increasing"),
-        (not 1e-6 <= min(speeds) <= max(speeds) <= 1e5,
-         f"run_up.speed_s_hz: speeds from {min(speeds):g} to {max(speeds):g} Hz; 1e-6 to "
-         "100,000 Hz are allowed"),
+        (table[0][0] != 0.0, f"run_up.speed_s_hz: the first time is {table[0][0]:g} s, not 0"),
         (back and not c.run_up.back,
          "run_up.speed_s_hz: the speed turns back; if that is meant, say run_up.back: true"),
-    )  # fmt: skip
-
-
-def _clearance_problems(table: Any, lasts: float) -> Iterator[str]:
-    """Error lines about a table of clearances over the time of runs, the longest of which lasts."""
-    times, gaps = [t for t, _ in table], [c for _, c in table]
-    if not times:
-        return
-    yield from lines_of(
-        (any(a >= b for a, b in pairwise(times)),
-         "casing.clearance_s_mm: the times of the points are not increasing"),
-        (times[0] > 0.0 or times[-1] < lasts * (1.0 - 1e-9),
-         f"casing.clearance_s_mm: points from {times[0]:g} to {times[-1]:g} s say nothing of a run "
-         f"of {lasts:.6g} s"),
-        (not 0.0 <= min(gaps) <= max(gaps) <= 1e4,
-         f"casing.clearance_s_mm: {min(gaps):g} mm; a clearance from 0 up to 10,000 mm is allowed"),
     )  # fmt: skip

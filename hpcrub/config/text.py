@@ -5,9 +5,11 @@ nor its unit.
 """
 
 import difflib
+import math
 import re
 from collections.abc import Iterator
 from functools import cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
@@ -57,6 +59,36 @@ def counted(n: int, what: str) -> str:
 def lines_of(*rules: tuple[Any, str]) -> Iterator[str]:
     """Lines whose condition holds; rules: pairs of a condition and a line."""
     return (line for holds, line in rules if holds)
+
+
+def curve_problems(
+    key: str,
+    points: Any,
+    words: tuple[str, str, str],
+    allowed: tuple[float, float],
+    reach: tuple[float, float] = (math.inf, -math.inf),
+    of: str = "",
+) -> Iterator[str]:
+    """Yield error lines about the points of a curve.
+
+    - words: what the first number of a point is, its unit, and the unit of the second one.
+    - allowed: least and largest second number.
+    - reach, of: least and largest first number that the curve must reach, and what they are of.
+    """
+    if not points:
+        return
+    places, values = zip(*points, strict=True)
+    what, unit, of_value = words
+    low, high = min(values), max(values)
+    yield from lines_of(
+        (any(a >= b for a, b in pairwise(places)),
+         f"{key}: the {what} of the points are not increasing"),
+        (reach[0] < places[0] or reach[1] > places[-1],
+         f"{key}: points from {places[0]:g} to {places[-1]:g} {unit} say nothing of {of}"),
+        (not allowed[0] <= low <= high <= allowed[1],
+         f"{key}: {low:g} to {high:g} {of_value}; {allowed[0]:g} to {allowed[1]:,g} {of_value} are "
+         "allowed"),
+    )  # fmt: skip
 
 
 def one_line(text: str) -> str:

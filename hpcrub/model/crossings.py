@@ -112,19 +112,14 @@ def interactions(
             diameter = folded(int(n), reduced.interface.n_blades)
             blades = family_frequency(reduced, diameters, diameter, family)
             for k, sign in enumerate(SIGNS if blades else ()):
-
-                def off(
-                    speed: Any,
-                    n: Any = n,
-                    omega: Any = omega,
-                    blades: Any = blades,
-                    sign: Any = sign,
-                ) -> Any:
-                    return n * speed - abs(omega + sign * blades(speed))
-
-                at = np.linspace(0.0, highest, N_SEARCHED)
-                gaps = np.array([off(speed) for speed in at])
+                pair, at = (n, omega, sign, blades), np.linspace(0.0, highest, N_SEARCHED)
+                gaps = np.array([_apart(speed, *pair) for speed in at])
                 meets = np.flatnonzero((gaps[:-1] < 0.0) & (gaps[1:] >= 0.0))
                 if len(meets):
-                    lowest[j, family, k] = brentq(off, at[meets[0]], at[meets[0] + 1])
+                    lowest[j, family, k] = brentq(_apart, *at[meets[0] : meets[0] + 2], args=pair)
     return lowest
+
+
+def _apart(speed: float, n: int, omega: float, sign: float, blades: Any) -> float:
+    """Frequency nΩ less that at which a pair of the casing meets a family of the blades."""
+    return n * speed - abs(omega + sign * blades(speed))

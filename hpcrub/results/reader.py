@@ -16,9 +16,13 @@ if TYPE_CHECKING:
     import pandas
 
 COLUMNS = "blade"  # a dimension that, as the last one, makes columns of a table instead of rows
-RUNS = "tuned/run"  # dimension of the runs of the tuned disk, which are no samples
 # short names of tables: a dataset that is a column of the table
-SHORT = {"percentiles": "statistics/contact/amplification", "tuned": "tuned/amplitude_m"}
+SHORT = {
+    "samples": "samples/status",
+    "points": "samples/point_status",
+    "percentiles": "statistics/contact/amplification",
+    "tuned": "tuned/amplitude_m",
+}
 
 
 class Results(ResultFile):
@@ -70,41 +74,29 @@ class Results(ResultFile):
         attributes = self.attributes_of(name)
         return str(attributes.get("long_name", attributes.get("description", "")))
 
-    def tables(self) -> dict[str, tuple[str, ...]]:
-        """{name: dimensions} of the tables that `to_dataframe` makes of this file.
-
-        Each is named by its dimensions, such as "half_range,sample". Of those that most questions
-        are about there are short names: "samples"; "points", a row for each speed of each sample;
-        "percentiles", for each number of samples seen; "tuned", for each speed of the tuned disk.
-        """
-        tables = {",".join(d): d for name in self if (d := self._rows(name)) and d != (name,)}
-        shortest = sorted(tables.values(), key=len)
-        rows = [d for d in shortest if d[-1] == "sample"]
-        points = [d for d in shortest if d[-1] == "speeds_hz" and len(d) > 1 and d[0] != RUNS]
-        short = {name: some[0] for name, some in (("samples", rows), ("points", points)) if some}
-        return tables | short | {name: self._rows(of) for name, of in SHORT.items() if of in self}
-
     def _rows(self, name: str) -> Any:
         """Return the dimensions of the table where a dataset is a column, or has one per blade."""
         names = self.dimensions(name)
         return names[:-1] if len(names) > 1 and names[-1] == COLUMNS else names
 
     def to_dataframe(self, table: str = "samples") -> "pandas.DataFrame":
-        """One row for each sample, or each point, or another of the `tables`.
+        """One row for each sample, or for each place along the axes of another dataset.
 
-        Columns are called as the datasets; one column for each blade, counted from 1, where they
-        have values by blade. The rows are indexed by the table's dimensions.
-        Raises InputError when there is no such table, or xarray is not installed.
+        table: name of a dataset, or a short one: "samples"; "points", a row for each speed of each
+        sample; "percentiles", for each number of samples seen; "tuned", for each speed of the tuned
+        disk.
+        Columns are all datasets with the same axes, called as they are; one column for each blade,
+        counted from 1, where they have values by blade. The rows are indexed by the axes.
+        Raises InputError when there is no such dataset, or xarray is not installed.
         """
         try:
             import xarray
         except ImportError:
             raise InputError("xarray is not installed: pip install 'hpcrub[tables]'") from None
-        tables = self.tables()
-        if table not in tables:
-            there = "; ".join(reversed(tables))  # tables with short names first
-            raise InputError(f"{self.path}: no table {table!r}; there are {there}")
-        dimensions = tables[table]
+        if (name := SHORT.get(table, table)) not in self:
+            there = [*(short for short, of in SHORT.items() if of in self), "those of any dataset"]
+            raise InputError(f"{self.path}: no table {table!r}; there are {', '.join(there)}")
+        dimensions = self._rows(name)
         names = [n for n in self if self._rows(n) == dimensions and n not in dimensions]
         short = {name: name.rpartition("/")[2] for name in (*names, *dimensions)}
         columns = {}

@@ -269,7 +269,7 @@ def test_runs_that_cannot_be_are_refused(tmp_path, capsys, key, words):
         ("[[0,33],[1,35],[2,33]]", "the speed turns back; if that is meant, say run_up.back: true"),
         ("[[0,33],[1,35],[1,36]]", "the times of the points are not increasing"),
         ("[[0.5,33],[1,35]]", "the first time is 0.5 s, not 0"),
-        ("[[0,0],[1,35]]", "speeds from 0 to 35 Hz"),
+        ("[[0,0],[1,35]]", "0 to 35 Hz; 1e-06 to 100,000 Hz"),
     ],
 )
 def test_tables_that_cannot_be_are_refused(tmp_path, capsys, table, words):

@@ -1,4 +1,11 @@
-"""Conversion of imported models to the ReducedModel that every study starts from."""
+"""Reduction of imported models, to the ReducedModel that every study starts from.
+
+Blades may be known by their own frequencies, with the root held (component mode mistuning): with
+u = psi u_root + phi q in a blade, phi its cantilever modes, a blade whose cantilever eigenvalues
+differ by delta adds delta q^T Lambda q to the stiffness, and q follows from the motion of the tuned
+disk: Lambda q = phi^T K_blade u. Source: Lim, Bladh, Castanier, Pierre (2007), AIAA Journal 45(9),
+equations (14) to (20).
+"""
 
 from typing import Any
 
@@ -6,7 +13,9 @@ import numpy as np
 
 from hpcrub.errors import InputError
 from hpcrub.model import reduction
-from hpcrub.model.imported import blade_modes, craig_bampton
+from hpcrub.model.imported import craig_bampton
+from hpcrub.model.imported.assembly import SHARED
+from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 from hpcrub.model.imported.second_order import second_order
@@ -36,7 +45,7 @@ def reduce_disk(
     if disk.blade_stiffness is not None:
         own = [np.flatnonzero(disk.row_blade == blade) for blade in range(disk.n_blades)]
         blades = np.stack([project(disk.blade_stiffness[r][:, r], basis[r]) for r in own])
-        frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
+        frequencies, participation = cantilever(disk, basis, BLADE_MODES)
     model = NeutralModel(
         kind="reduced",
         mass=project(disk.mass, basis),
@@ -58,6 +67,41 @@ def reduce_disk(
         bent=disk.bent,
     )
     return model, basis
+
+
+def inner_rows(disk: NeutralModel) -> list[np.ndarray]:
+    """Rows of every blade without its root: the rest of the disk has no stiffness in them."""
+    K = disk.stiffness[0]
+    foreign = abs(K - disk.blade_stiffness).max(axis=1).toarray().ravel()
+    own = np.where(foreign < SHARED * abs(K).max(), disk.row_blade, -1)
+    return [np.flatnonzero(own == blade) for blade in range(disk.n_blades)]
+
+
+def cantilever(
+    disk: NeutralModel, basis: np.ndarray, n_modes: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cantilever modes of every blade, expressed in the coordinates of a basis.
+
+    disk: assembled, with the blades' stiffness; basis: (n, m); n_modes: modes of each blade.
+    Returns frequencies (N, n_modes) of every blade alone, at rest, with its root held [Hz];
+    participation (N, n_modes, m), amplitude of each mode per unit coordinate [sqrt(kg)].
+    Raises InputError: a blade has fewer rows than modes.
+    """
+    frequencies, participation = [], []
+    for blade, rows in enumerate(inner_rows(disk)):
+        if len(rows) < n_modes:
+            raise InputError(f"K_blade: blade {blade + 1} has {len(rows)} rows beyond its root")
+        K = disk.blade_stiffness[rows]
+        values, phi = lowest_modes(K[:, rows].tocsc(), disk.mass[rows][:, rows].tocsc(), n_modes)
+        frequencies.append(np.sqrt(values) / (2 * np.pi))
+        participation.append(phi.T @ (K @ basis) / values[:, None])
+    return np.array(frequencies), np.array(participation)
+
+
+def modal_stiffness(frequencies: np.ndarray, participation: np.ndarray) -> np.ndarray:
+    """Stiffness (N, m, m) of cantilever modes (N, c) [Hz], participation (N, c, m) [sqrt(kg)]."""
+    q = 2 * np.pi * frequencies[:, :, None] * participation
+    return np.swapaxes(q, 1, 2) @ q
 
 
 def interface(model: NeutralModel) -> Interface:
@@ -103,7 +147,7 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
     if by_modes and model.blade_frequencies is None:
         raise InputError("mistuning.by: the model file has no blade_frequencies_hz")
     if by_modes:
-        blades = blade_modes.modal_stiffness(model.blade_frequencies, model.participation)
+        blades = modal_stiffness(model.blade_frequencies, model.participation)
     elif model.blade_stiffness is None:
         blades = np.zeros((model.n_blades, m, m))
     else:

@@ -13,7 +13,6 @@ from hpcrub.model.second_order import SecondOrder
 
 LIKE = 0.8  # smallest cosine between the tips' motions in a mode of the file and in its blades
 SIZES = 0.5, 2.0  # ratio of the sizes of both
-UNEQUAL = 0.02  # largest asymmetry of C, as a share of its largest entry (both over w^2)
 STRONG = 1e3  # of C s, in units of w^2 u / R for a motion u of the tip: what no blade has
 
 
@@ -36,12 +35,13 @@ def second_order(model: NeutralModel) -> SecondOrder | None:
     omega = 2 * np.pi * model.blade_frequencies[0, :p]
     radius = np.hypot(*model.nodes[model.contact_node, :2].T)
     bent_blades.check(own, radius)
+    _check_coupling(own, omega, float(radius.max()))
     shortening, curvature = bent_blades.before_casing(model)
     return SecondOrder(
         participation=_signs(model, p)[:, :, None] * model.participation[:, :p],
         shortening=shortening,
         observed=shortening[:, 1],
-        coupling=_coupling(own, omega, float(radius.max())),
+        coupling=own.coupling,
         omega=omega,
         curvature=curvature,
         motion=own.modes[:, 1],
@@ -93,24 +93,13 @@ def _check_mode(blade: int, mode: int, cosine: float, ratio: float) -> None:
         )
 
 
-def _coupling(own: Any, omega: Any, radius: float) -> Any:
-    """C, made symmetric in all three. Raises InputError for one that is not, or of wrong units."""
-    p = len(omega)
+def _check_coupling(own: Any, omega: Any, radius: float) -> None:
+    """Raise InputError for a C of wrong units."""
     square = np.cbrt(np.einsum("a,b,c->abc", *3 * [omega**2]))
     tip = np.sqrt((own.modes[:, :, 0] ** 2).sum(axis=1).mean())  # of a unit of the first mode
-    share = own.coupling / square * (radius / tip)  # of w^2 u / R
-    mean = bent_blades.coupled(own.coupling)
-    apart = np.abs(own.coupling - mean) / square * (radius / tip)
-    if apart.max() > UNEQUAL * max(np.abs(share).max(), 1.0):
-        a, b, c = np.unravel_index(apart.argmax(), (p, p, p))
-        raise InputError(
-            f"{BLADE}: not symmetric in its three modes: [{a}, {b}, {c}] is "
-            f"{own.coupling[a, b, c]:.4g}, and the mean of its permutations {mean[a, b, c]:.4g} "
-            "(SI units)"
-        )
-    if np.abs(share).max() > STRONG:
+    strongest = float(np.abs(own.coupling / square).max() * radius / tip)  # in w^2 u / R
+    if strongest > STRONG:
         raise InputError(
             f"{BLADE}: bent by a hundredth of the tip's radius the blade would change its "
-            f"stiffness by {np.abs(share).max() / 100:.3g} of it; are the units those of the file?"
+            f"stiffness by {strongest / 100:.3g} of it; are the units those of the file?"
         )
-    return mean

@@ -26,7 +26,6 @@ from hpcrub.model import crossings
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.imported import (
     assembly,
-    blade_modes,
     checks,
     craig_bampton,
     cyclic,
@@ -307,12 +306,12 @@ def test_energy_of_a_blade_is_that_of_its_cantilever_modes_and_of_its_root(disk)
     """With all cantilever modes: u'K u = q' Lambda q + root' (Guyan stiffness) root, any u."""
     blade = 1
     rows = np.flatnonzero(disk.row_blade == blade)
-    inner = blade_modes.inner_rows(disk)[blade]
+    inner = reduced.inner_rows(disk)[blade]
     root = np.setdiff1d(rows, inner)
     assert len(root) == 3 * (SMALL.through + 1) * (SMALL.axial + 1)
     u = np.random.default_rng(2).standard_normal((disk.mass.shape[0], 3))
-    frequencies, q = blade_modes.cantilever(disk, u, len(inner))
-    modal = blade_modes.modal_stiffness(frequencies, q)[blade]
+    frequencies, q = reduced.cantilever(disk, u, len(inner))
+    modal = reduced.modal_stiffness(frequencies, q)[blade]
     K = disk.blade_stiffness.toarray()
     K_ri, K_ii = K[np.ix_(root, inner)], K[np.ix_(inner, inner)]
     guyan = K[np.ix_(root, root)] - K_ri @ np.linalg.solve(K_ii, K_ri.T)
@@ -329,7 +328,7 @@ def test_component_mode_mistuning_gives_the_frequencies_of_the_mistuned_disk(dis
         K[np.ix_(rows, rows)] += change * disk.blade_stiffness[rows][:, rows].toarray()
     exact = np.sqrt(eigh(K, disk.mass.toarray(), eigvals_only=True)[:N])
     model, _ = reduced.reduce_disk(disk, 80)
-    part = blade_modes.modal_stiffness(model.blade_frequencies[:, :3], model.participation[:, :3])
+    part = reduced.modal_stiffness(model.blade_frequencies[:, :3], model.participation[:, :3])
     K_r = model.stiffness[0] + np.tensordot(deviation, part, axes=1)
     found = np.sqrt(eigh(K_r, model.mass, eigvals_only=True)[:N])
     tuned = np.sqrt(eigh(model.stiffness[0], model.mass, eigvals_only=True)[:N])
