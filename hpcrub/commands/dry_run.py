@@ -20,8 +20,8 @@ from hpcrub.response.scene import can_touch
 from hpcrub.results.layout import PENDING
 from hpcrub.runs import cost, memory, result_files
 from hpcrub.runs.execution import Existing, examine, examine_all
-from hpcrub.runs.job import warm_up
 from hpcrub.runs.study import Run
+from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies import open_result
 

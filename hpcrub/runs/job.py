@@ -4,25 +4,14 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
-from hpcrub.config.schema import Config
 from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import Progress, print_item
+from hpcrub.ranks.progress import Progress
 from hpcrub.ranks.runlog import Work
-from hpcrub.response import history, sweep
 from hpcrub.results.layout import DONE, PENDING
 from hpcrub.results.storage import ResultFile
-from hpcrub.setup.disks import rubbing_modes
-from hpcrub.setup.problem import Problem
-
-SPEED = 100.0  # [Hz] of the two revolutions that are integrated for nothing
-LOADING = "loading the kernel; a new one is compiled first, in half a minute"
-COMPILING = (
-    "compiling the kernel on every rank, half a minute in every run: compiled code cannot be kept; "
-    "set NUMBA_CACHE_DIR or XDG_CACHE_HOME to a folder that can be written"
-)
+from hpcrub.runs.warmup import warm_up
 
 
 class Round(NamedTuple):
@@ -166,29 +155,3 @@ class Job:
         each = np.interp(np.arange(len(self.ahead)), known, np.divide(*self.taken[::-1, known]))
         share = elapsed / (self.work.seconds - before.seconds)  # of the ranks' time
         return share * float(np.maximum(self.ahead, 0.0) @ each)
-
-
-def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> None:
-    """Load all compiled code of a study on all ranks, so that later they can stop promptly.
-
-    Rank 0 compiles the code, and the others load it; without a cache folder every rank compiles.
-    The code depends on disk, contact law and `histories`: whether the study keeps motions.
-    """
-    modes = rubbing_modes(config, problem, np.zeros(config.disk.n_blades))
-    steady = problem.scene.steady._replace(
-        window_revolutions=1, first_check=1.0 / SPEED, max_time=2.0 / SPEED
-    )
-    scene = problem.scene._replace(steady=steady)
-
-    def load() -> None:
-        for width in scene.lanes:
-            sweep.run_sweep(modes, scene, [SPEED], width=width)
-        if histories:
-            list(history.integrate(modes, scene, np.array([SPEED]), 1.0 / SPEED))
-
-    kept = numba.config.CACHE_DIR  # type: ignore[attr-defined]
-    if team.rank == 0:
-        print_item(LOADING if kept else COMPILING)
-    if kept:
-        team.on_root(load)
-    load()

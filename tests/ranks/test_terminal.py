@@ -22,7 +22,7 @@ from hpcrub.ranks import parallel, progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE
-from hpcrub.runs import job
+from hpcrub.runs import warmup
 from hpcrub.runs.job import Job
 from hpcrub.setup.problem import build_problem
 from tests.program import ENVIRONMENT, ROOT, TINY, command, error_lines, run, run_here
@@ -35,14 +35,14 @@ from hpcrub.config import schema as config
 from hpcrub.contact.integrate import integrate
 from hpcrub.ranks.parallel import Team
 from hpcrub.response import sweep
-from hpcrub.runs import job
+from hpcrub.runs import warmup
 from hpcrub.setup import disks
 
 for text in sys.argv[1:]:
     cfg = config.Config.from_yaml(text)
     problem = studies.run_of(cfg).prepare()
     study = studies.run_of(cfg).study
-    job.warm_up(Team(), cfg, study.problem_of(problem), study.histories)
+    warmup.warm_up(Team(), cfg, study.problem_of(problem), study.histories)
     warm = list(integrate.signatures)
     if cfg.study == "contact":
         modes = disks.modes_of(cfg, problem, disks.deviation(cfg, 0, 0))
@@ -57,8 +57,8 @@ for text in sys.argv[1:]:
 @pytest.mark.parametrize(("folder", "told"), [("", True), ("folder", False)])
 def test_a_run_that_cannot_keep_compiled_code_says_so(folder, told, monkeypatch, capsys):
     monkeypatch.setattr(numba.config, "CACHE_DIR", folder)
-    monkeypatch.setattr(job.sweep, "run_sweep", lambda *args, **how: None)
-    job.warm_up(Team(), Config(), build_problem(Config()), False)
+    monkeypatch.setattr(warmup.sweep, "run_sweep", lambda *args, **how: None)
+    warmup.warm_up(Team(), Config(), build_problem(Config()), False)
     assert ("XDG_CACHE_HOME" in capsys.readouterr().out) == told
 
 
