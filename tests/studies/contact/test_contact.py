@@ -10,9 +10,9 @@ from hpcrub.commands import run as cli
 from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.plot import families
 from hpcrub.response import sweep
 from hpcrub.response.sweep import SweepResult
+from hpcrub.results import samples
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup import disks
 from hpcrub.setup import problem as study
@@ -174,7 +174,7 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
         contact_file.write_sample(file, 0, n, more)
         contact_file.write_sample(file, 0, n + 1, {"status": FAILED})
         assert said(file) == tables
-        assert max(map(len, families.finished(file, "amplification"))) == n
+        assert max(map(len, samples.of_levels(file, "amplification"))) == n
         keys = {"study": "energy", "sources": [str(file.path)], "energy.samples": 1}
         assert energy.STUDY.constants(file.config.replace(keys))["number"] < n
     error = "statistics/contact/convergence_error"
