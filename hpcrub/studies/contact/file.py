@@ -76,9 +76,3 @@ def write_verdict(file: ResultFile, verdict: Verdict) -> None:
     of_lines = [verdict.severity, *(finding.severity for finding in verdict.advice)]
     severities[: len(of_lines)] = of_lines
     file.write({"trust": texts, "trust_severity": severities}, ())
-
-
-def read_verdict(file: ResultFile) -> Verdict | None:
-    """Read the verdict without its advice; None where the study has not come to one."""
-    words = file.read("trust", 0).decode(errors="ignore")
-    return Verdict(int(file.read("trust_severity", 0)), words) if words else None

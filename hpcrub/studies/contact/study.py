@@ -21,7 +21,7 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import findings, layout, summary
 from hpcrub.studies.contact.amplification import n_runs
-from hpcrub.studies.contact.file import is_untouched, names, read_tuned, read_verdict
+from hpcrub.studies.contact.file import is_untouched, names, read_tuned
 from hpcrub.studies.contact.limits import limit_lines
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
@@ -133,11 +133,11 @@ class Contact(Study):
         text += f", mistuned {' / '.join(f'{peak:.2f}' for peak in peaks)} mm"
         if len(at) > 1:
             text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
-        verdict = read_verdict(file)
-        if verdict and verdict.usable:
+        verdict = findings.verdict(file)
+        if verdict.usable:
             ratios = np.percentile(file.read("samples/amplification", where)[done], at)
             text += f", A_nl {' / '.join(f'{ratio:.3f}' for ratio in ratios)}"
-        yield f"{text}; {verdict.words}" if verdict else text
+        yield f"{text}; {verdict.words}"
 
     def conclusion(self, file: ResultFile, usable: bool) -> list[str]:
         """The probabilities of exceeding the limits, if there are limits; else the report."""
