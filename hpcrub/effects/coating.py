@@ -13,7 +13,6 @@ from hpcrub.effects.effect import (
     Effect,
     History,
     Kind,
-    Spread,
     largest,
     range_of_disks,
     times,
@@ -82,12 +81,6 @@ class Wearing(Effect):
         Kind("amplitude", "peak_amplitude_m", "m", "largest amplitudes, of any time"),
         Kind("worn_depth", DEEPEST.name, "m", "largest worn depths of any speed"),
     )
-    spreads = (
-        Spread(
-            "Coating", {"amplitude": "peak_amplitude_m", "worn depth": DEEPEST.name},
-            ".4g", 1e3, "mm",
-        ),
-    )  # fmt: skip
     changes = (
         Change("coating 20 % harder", "contact.coating.yield_mpa", times(
             {"contact.coating.yield_mpa": 1.2}, where=lambda c: c.contact.wears)),

@@ -26,9 +26,9 @@ from hpcrub.statistics.percentiles import finite
 
 
 class Kind(NamedTuple):
-    """A kind of numbers that a contact study has statistics of; each sample has one number."""
+    """A kind of numbers that a contact study has percentiles of; each sample has one number."""
 
-    name: str  # group of its statistics
+    name: str  # group of its statistics, heading of its percentiles in the summary
     of: str  # dataset of the numbers in `samples`
     units: str
     words: str
@@ -36,16 +36,6 @@ class Kind(NamedTuple):
     def dataset(self, statistic: str) -> str:
         """Name of the dataset of a statistic, which is a member of `RunningPercentiles`."""
         return f"statistics/{self.name}/{statistic.replace('percentile', self.of)}"
-
-
-class Spread(NamedTuple):
-    """A table of percentiles with their intervals in the summary of a contact study."""
-
-    title: str
-    columns: Mapping[str, str]  # heading: dataset in `samples`
-    form: str  # of a number
-    factor: float = 1.0  # from the dataset's unit to that of the table
-    unit: str = ""
 
 
 class Change(NamedTuple):
@@ -90,8 +80,7 @@ class Effect:
     amplitude = ""  # dataset whose largest value is the peak of a disk, if not `amplitude_m`
     points: tuple[Quantity, ...] = ()  # quantities of every speed
     peaks: tuple[Quantity, ...] = ()  # numbers of every disk of a contact study
-    kinds: tuple[Kind, ...] = ()  # of these, those with running percentiles
-    spreads: tuple[Spread, ...] = ()
+    kinds: tuple[Kind, ...] = ()  # of these, those with percentiles
     changes: tuple[Change, ...] = ()  # what is uncertain
     # datasets of a study, by its name; in contact besides `points` and `peaks`
     datasets: ClassVar[Mapping[str, tuple[Dataset, ...]]] = {}

@@ -160,10 +160,6 @@ class Study:
         """Lines about the results; the first line stands in a table of several runs."""
         return ()
 
-    def facts(self, file: ResultFile, disk: int = 0) -> Iterator[str]:
-        """Lines about the effects of an input; disk: of a study of whole motions."""
-        return effects.lines(file, disk)
-
     def findings(self, file: ResultFile) -> Iterable[Finding]:
         """Findings against the results, for the verdict."""
         return ()

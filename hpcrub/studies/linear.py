@@ -172,7 +172,7 @@ class Linear(Study):
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Effects, and percentiles at every level and load."""
-        yield from self.facts(file)
+        yield from effects.lines(file)
         names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
         yield f"percentiles {names} of the linear amplification, interval of the last"
         for d, n_diameters in enumerate(file.read("n_diameters")):

@@ -178,7 +178,7 @@ class Modal(Study):
             there = f"{speed:.4g} Hz, where its frequency is {order * speed:.4g} Hz"
             meets = f"meets the first family at {there}"
         yield f"without contact, order {order} {meets}"
-        yield from self.facts(file)
+        yield from effects.lines(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Error of the first family's frequencies by the reduction."""

@@ -19,7 +19,8 @@ from hpcrub.setup import problem as study
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import STUDY, amplification, findings, survey
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact.summary import AMPLIFICATIONS, interval_table, level_table, point_lines
+from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
+from hpcrub.studies.contact.summary import interval_table, level_table, point_lines
 from tests.program import TINY, contents, datasets, error_lines, load, run_here
 
 
@@ -62,7 +63,7 @@ def test_amplifications_are_peaks_over_the_reference(file):
 
 
 def test_the_summary_has_the_percentiles_of_every_level(file):
-    columns = cells(interval_table(file, AMPLIFICATIONS))
+    columns = cells(interval_table(file, [AMPLIFICATION, LINEAR]))
     for level in range(2):
         for column, name in ((2, "amplification"), (4, "linear_amplification")):
             percentiles = np.percentile(file.read(f"samples/{name}", level), [1, 50, 99])
@@ -144,7 +145,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
 
 def said(file):
     found = survey.survey(file)
-    tables = cells(level_table(file, found)), cells(interval_table(file, AMPLIFICATIONS))
+    tables = cells(level_table(file, found)), cells(interval_table(file, [AMPLIFICATION, LINEAR]))
     return [*tables, *point_lines(found), *findings.verdict(file, found).lines, *STUDY.report(file)]
 
 

@@ -111,7 +111,7 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
     printed = " ".join(capfd.readouterr().out.split())
     assert "done: 3 of 4 samples" in printed
     assert "Verdict: not usable: 1 of 3 peaks" in printed
-    assert "Amplifications: percentiles and their intervals" in printed
+    assert "Percentiles of contact amplifications and linear amplifications, and" in printed
     assert "±4 %: 0 of 1 disks exceed 35 mm, a probability of 0 to 98 %" in printed
 
 
@@ -344,7 +344,7 @@ def test_depths_of_a_level_stand_beside_those_of_the_tuned_disk(folder, coated, 
     assert inspect.main([str(folder / "coated.h5")]) == 0
     printed = " ".join(capfd.readouterr().out.split())
     assert all(line in printed for line in found)
-    assert summary.interval_table(coated, *WEAR.spreads).row_count == 6
+    assert summary.interval_table(coated, WEAR.kinds).row_count == 6
 
 
 def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
