@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.model.reduction import Modes, ReducedModel
+from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Observers
 from hpcrub.response.quantities import Quantity
 from hpcrub.response.revolution import Grid
@@ -21,7 +21,7 @@ from hpcrub.response.wear import Wear
 from hpcrub.results.layout import Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
-from hpcrub.setup.problem import Problem
+from hpcrub.setup.problem import Model, Problem
 from hpcrub.statistics.percentiles import finite
 
 
@@ -63,10 +63,12 @@ class History(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A load of the linear response, with the tuned disk at the speed where they resonate."""
+    """A load of the linear response, and the tuned disk at the speed where they resonate."""
 
-    reduced: ReducedModel
-    speed: float | None = None  # [rad/s]; None: that of the reduced model
+    model: Model
+    speed: float | None = (
+        None  # [rad/s]; None: the stiffness is that of one speed, or they never do
+    )
     n_diameters: int = 0
 
 

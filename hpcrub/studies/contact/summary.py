@@ -42,7 +42,6 @@ def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
             yield interval_table(file, list(alike))
     yield tuned_line(file)
     yield from limits.largest_line(file, counts)
-    yield from limits.engines_lines(file, usable)
     yield from effects.lines(file)
     for level in range(len(file.config.levels)):
         yield from limits.limit_lines(file, usable, level)

@@ -256,24 +256,6 @@ def test_the_table_of_a_pattern_on_a_coating_has_the_amplitudes_of_the_other_lin
                     ["10.0", "20.0", "30.0"]]  # fmt: skip
 
 
-@pytest.mark.parametrize("n", [10, 40, 190])
-def test_engines_that_stay_below_the_largest_do_so_in_19_of_20_trials(n):
-    """By trial: n disks and the engines after them, drawn alike, twenty thousand times."""
-    drawn = np.random.default_rng(n).weibull(2.0, size=(20_000, n + 2 * (n // 19) + 1))
-    peaks = {"samples__status": np.full((1, n), DONE), "samples__peak_amplitude_m": drawn[:1, :n]}
-    file = File(TINY, half_range=[0.04], **peaks)
-    told = list(limits.engines_lines(file, usable=True))
-    assert list(limits.engines_lines(file, usable=False)) == []
-    assert len(told) == (n >= 19)
-    for more in (n // 19, 2 * (n // 19) + 1):
-        below = drawn[:, n : n + more].max(axis=1, initial=0.0) <= drawn[:, :n].max(axis=1)
-        error = 4.0 * np.sqrt(0.05 * 0.95 / len(drawn))
-        assert (below.mean() > 0.95 - error) == (more <= n // 19)
-    if told:
-        assert f"no blade of {n // 19} further engine" in told[0]
-        assert f"more than {1e3 * drawn[0, :n].max():.3g} mm" in told[0]
-
-
 def test_a_stress_by_a_factor_says_on_what_it_rests(file):
     """20 to 30 mm at ±2 %, 30 to 50 mm at ±4 %, by 40 MPa/mm; half of 2,400 MPa is left."""
     keys = {"limits.stress_mpa": 2400.0, "limits.stress_mpa_per_mm": 40.0}
