@@ -66,9 +66,7 @@ class Load(NamedTuple):
     """A load of the linear response, and the tuned disk at the speed where they resonate."""
 
     model: Model
-    speed: float | None = (
-        None  # [rad/s]; None: the stiffness is that of one speed, or they never do
-    )
+    speed: float | None = None  # [rad/s]; None: they never do, or the stiffness is of one speed
     n_diameters: int = 0
 
 

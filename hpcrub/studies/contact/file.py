@@ -16,13 +16,6 @@ def names(file: ResultFile, group: str) -> list[str]:
     return [name for of, _, name in parts if of == group]
 
 
-def read_tuned(file: ResultFile) -> dict[str, Any] | None:
-    """Results of the tuned disk by name, None when they are not complete."""
-    values = {name: file.read(f"tuned/{name}") for name in names(file, "tuned")}
-    # infinite where the tuned disk flutters in air
-    return None if np.isnan(values["linear_amplitude_m"]) else values
-
-
 def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
     """Write the results of the tuned disk, by their names in the group; one rank."""
     file.write({f"tuned/{n}": values[n] for n in names(file, "tuned") if n in values}, ())

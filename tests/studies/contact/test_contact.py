@@ -58,7 +58,7 @@ def test_amplifications_are_peaks_over_the_reference(file):
     assert (file.status == DONE).all()
     peaks = file.read("samples/amplitude_m").max(axis=2)
     np.testing.assert_array_equal(file.read("samples/peak_amplitude_m"), peaks)
-    reference = contact_file.read_tuned(file)["reference_amplitude_m"]
+    reference = file.read("tuned/reference_amplitude_m")
     np.testing.assert_array_equal(file.read("samples/amplification"), peaks / reference)
 
 
