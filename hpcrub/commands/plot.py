@@ -10,6 +10,7 @@ os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the enviro
 
 from hpcrub.errors import HpcrubError, InputError, complain
 from hpcrub.plot import FIGURES, pictures
+from hpcrub.plot.canvas import Drawing
 from hpcrub.ranks.progress import say
 from hpcrub.studies import open_result
 
@@ -31,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--mode", type=int, metavar="K", help="of mode_shapes")
     options = parser.parse_args(argv)
     how = {"mode": options.mode, "folder": options.output, "kind": options.format}
-    drawn: Iterable[Path | HpcrubError] = of_study(options.files, **how)
+    drawn: Iterable[Path | HpcrubError] = (end for _, end in of_study(options.files, **how))
     if options.figure:
         drawn = pictures.draw(names[options.figure], options.files, **how)
     code = 0
@@ -46,11 +47,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def of_study(
     paths: Sequence[str], mode: int | None = None, **how: Any
-) -> Iterator[Path | HpcrubError]:
+) -> Iterator[tuple[Drawing, Path | HpcrubError]]:
     """Draw all figures of one study, or those that compare several; yield their picture files.
 
-    For a figure that cannot be drawn its error is yielded. mode: only figures that can show one
-    mode are drawn; how: options of `pictures.draw`. Raises InputError when no figure shows a mode.
+    Each comes with its figure; for one that cannot be drawn its error is yielded. mode: only
+    figures that can show one mode are drawn; how: options of `pictures.draw`. Raises InputError
+    when no figure shows a mode.
     """
     with open_result(paths[0]) as file:
         config = file.config
@@ -65,6 +67,6 @@ def of_study(
         raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode")
     for figure in wanted:
         try:
-            yield from pictures.draw(figure, paths, mode=mode, **how)
+            yield from ((figure, path) for path in pictures.draw(figure, paths, mode=mode, **how))
         except HpcrubError as error:
-            yield error
+            yield figure, error

@@ -22,13 +22,11 @@ from hpcrub.config.schema import Config
 from hpcrub.config.text import counted, key_table, lines_of, set_key, show
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
-from hpcrub.plot import FIGURES
 from hpcrub.ranks.progress import say
 from hpcrub.results import model_file
 from hpcrub.results.layout import PENDING
 from hpcrub.studies import open_result, run_of
 
-KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
 FILLED_IN = "filled in when a run begins"  # in the description of keys that no user sets
 
 
@@ -194,20 +192,17 @@ def _figures(paths: Sequence[str]) -> dict[str, list[Any]]:
 
     What could not be drawn is said; a figure that does not suit the files is left out.
     """
-    what = {figure.__name__: figure.about.what for figure in FIGURES}
-    main = {f.about.studies[0]: f.about.what for f in FIGURES if f.about.main}
     drawn, failed = [], []
-    with tempfile.TemporaryDirectory() as folder, open_result(paths[0]) as file:
-        for picture in of_study(paths, folder=folder, kind="svg"):
+    with tempfile.TemporaryDirectory() as folder:
+        for figure, picture in of_study(paths, folder=folder, kind="svg"):
             if isinstance(picture, HpcrubError):
                 failed += [str(picture)] * (not isinstance(picture, InputError))
                 continue
-            words = next((w for name, w in what.items() if picture.stem.endswith(name)), None)
             data = base64.b64encode(picture.read_bytes()).decode()
             drawn.append(
                 {
-                    "what": words or main.get(file.config.study, picture.stem),
-                    "data": f"data:{KINDS[picture.suffix]};base64,{data}",
+                    "what": figure.about.what,
+                    "data": f"data:image/svg+xml;base64,{data}",
                 }
             )
     return {"drawn": drawn, "failed": list(dict.fromkeys(failed))}

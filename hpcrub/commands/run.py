@@ -113,7 +113,7 @@ def draw_figures(paths: list[str]) -> None:
 
         lines = [
             f"no figure: {picture}" if isinstance(picture, HpcrubError) else f"figure:  {picture}"
-            for picture in of_study(paths)
+            for _, picture in of_study(paths)
             if not isinstance(picture, InputError)
         ]
         for line in dict.fromkeys(lines):  # several figures may fail for one reason

@@ -94,9 +94,8 @@ class Aero(Effect):
 
     def of_model(self, study: str, config: Config, loads: list[Load]) -> Iterator[tuple[str, Any]]:
         """Damping of the tuned disk's waves, given and by complex modes; Whitehead's limits."""
-        reduced, speed, _ = loads[0]
         n_blades = config.disk.n_blades
-        eigenvalues = tuned_eigenvalues(reduced, speed)
+        eigenvalues = tuned_eigenvalues(loads[0].model.reduced, loads[0].speed)
         r = np.arange(n_blades)
         yield "aero/diameters", np.where(2 * r <= n_blades, r, r - n_blades)
         yield "aero/given_damping_ratio", curve_of(config).damping_ratio
@@ -154,7 +153,7 @@ def limit(config: Config, load: Load) -> float:
     It is one of velocities: a softer disk moves further for the same velocity. It needs waves that
     are all damped, and mistuning that leaves the family alone.
     """
-    largest, reduced = config.mistuning.largest, load.reduced
+    largest, reduced = config.mistuning.largest, load.model.reduced
     decay = -tuned_eigenvalues(reduced, load.speed).real
     if not (decay > 0.0).all() or largest > FAMILY_ALONE:
         return np.nan

@@ -110,7 +110,7 @@ class VibratingCasing(Effect):
     def of_model(self, study: str, config: Config, loads: list[Load]) -> Iterator[tuple[str, Any]]:
         """Waves, and where they meet blades, for the modal study."""
         if study == "modal":
-            yield from casing_waves.values(config, loads[0].reduced)
+            yield from casing_waves.values(config, loads[0].model.reduced)
 
     def lines(self, file: ResultFile, disk: int) -> Iterator[str]:
         """How far the casing moves."""

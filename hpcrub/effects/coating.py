@@ -13,7 +13,6 @@ from hpcrub.effects.effect import (
     Effect,
     History,
     Kind,
-    Spread,
     largest,
     range_of_disks,
     times,
@@ -82,12 +81,6 @@ class Wearing(Effect):
         Kind("amplitude", "peak_amplitude_m", "m", "largest amplitudes, of any time"),
         Kind("worn_depth", DEEPEST.name, "m", "largest worn depths of any speed"),
     )
-    spreads = (
-        Spread(
-            "Coating", {"amplitude": "peak_amplitude_m", "worn depth": DEEPEST.name},
-            ".4g", 1e3, "mm",
-        ),
-    )  # fmt: skip
     changes = (
         Change("coating 20 % harder", "contact.coating.yield_mpa", times(
             {"contact.coating.yield_mpa": 1.2}, where=lambda c: c.contact.wears)),
@@ -176,58 +169,25 @@ def _lines_of_motions(file: ResultFile, disk: int) -> Iterator[str]:
         yield f"{word}: {1e3 * growth[0]:.3g} mm deeper in the last ten revolutions"
 
 
-def _lines_of_disks(file: ResultFile) -> Iterator[Any]:
-    """Worn depths of the tuned disk and of every level's worst disk."""
-    config, runs = file.config, finite(file.read("tuned/run_deepest_m"))
-    yield from _tuned_depth_line(runs, depth_of_all(config))
-    levels = of_levels(file, DEEPEST.name)
-    for half_range, depth in zip(file.read("half_range"), levels, strict=True):
+def _lines_of_disks(file: ResultFile) -> Iterator[str]:
+    """Worn depths of the runs of the tuned disk and of every level, and who cuts through."""
+    config, tuned = file.config, finite(file.read("tuned/run_deepest_m"))
+    levels = zip(file.read("half_range"), of_levels(file, DEEPEST.name), strict=True)
+    is_random = config.pattern_deviation is None
+    who = "±{:.3g} %: {} disks" if is_random else "the disk of the pattern"
+    groups = [(who.format(100 * half_range, len(depth)), depth) for half_range, depth in levels]
+    for words, depth in [(f"{len(tuned)} runs of the tuned disk", tuned), *groups]:
         if not len(depth):
             continue
-        if config.pattern_deviation is not None:
-            is_through = depth[0] >= REACHED * depth_of_all(config)
-            deep = "through the coating" if is_through else _deep(depth[0], runs)
-            yield f"the disk of the pattern cuts {deep}"
-            continue
-        yield f"±{100 * half_range:.3g} %: {_depth_line(depth, runs, depth_of_all(config))}"
-
-
-def _tuned_depth_line(runs: Any, all_of_it: Any) -> Iterator[str]:
-    """Worn depths of the runs of the tuned disk, or how many of them cut through."""
-    held = 1e3 * runs[runs < REACHED * all_of_it]
-    if len(held) < len(runs):
-        rest = f"; the others cut {held.min():.3g} to {held.max():.3g} mm deep" if len(held) else ""
+        through = int(np.count_nonzero(depth >= REACHED * depth_of_all(config)))
+        low, high = map(percent, probability_interval(through, len(depth), Z_95))
+        share = f", a share of {low} to {high} % (95 % interval)"
         yield (
-            f"{len(runs) - len(held)} of {len(runs)} runs of the tuned disk cut through the "
-            f"coating, {1e3 * all_of_it:.3g} mm{rest}"
+            f"{words}: cut {1e3 * np.median(depth):.3g} mm deep at the median, "
+            f"{1e3 * depth.max():.3g} mm at most; {through} of {len(depth)} cut through the coating"
+            + share
+            * (is_random and depth is not tuned)
         )
-    elif len(runs):
-        yield (
-            f"the tuned disk cuts {np.median(held):.3g} mm deep ({held.min():.3g} to "
-            f"{held.max():.3g} mm in {len(held)} runs of it)"
-        )
-
-
-def _depth_line(depth: Any, runs: Any, all_of_it: Any) -> str:
-    """Share of disks that cut through, or the depth of the worst disk where none does."""
-    through = int(np.count_nonzero(depth >= REACHED * all_of_it))
-    low, high = map(percent, probability_interval(through, len(depth), Z_95))
-    if through:
-        return (
-            f"{through} of {len(depth)} disks cut through the coating, a share of {low} to {high} "
-            "% (95 % interval)"
-        )
-    return (
-        f"the worst of {len(depth)} disks cuts {_deep(depth.max(), runs)}; another disk cuts "
-        f"deeper with a probability below {high} % (95 % confidence)"
-    )
-
-
-def _deep(depth: Any, runs: Any) -> str:
-    """A depth in words, beside the median of the runs of the tuned disk."""
-    ratio = depth / np.median(runs) if len(runs) and np.median(runs) > 0.0 else np.inf
-    times = f", {ratio:.2f} times the tuned one" if np.isfinite(ratio) else ""
-    return f"{1e3 * depth:.3g} mm deep{times}"
 
 
 def depth_of_all(config: Config) -> float:

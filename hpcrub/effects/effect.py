@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.model.reduction import Modes, ReducedModel
+from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Observers
 from hpcrub.response.quantities import Quantity
 from hpcrub.response.revolution import Grid
@@ -21,14 +21,14 @@ from hpcrub.response.wear import Wear
 from hpcrub.results.layout import Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
-from hpcrub.setup.problem import Problem
+from hpcrub.setup.problem import Model, Problem
 from hpcrub.statistics.percentiles import finite
 
 
 class Kind(NamedTuple):
-    """A kind of numbers that a contact study has statistics of; each sample has one number."""
+    """A kind of numbers that a contact study has percentiles of; each sample has one number."""
 
-    name: str  # group of its statistics
+    name: str  # group of its statistics, heading of its percentiles in the summary
     of: str  # dataset of the numbers in `samples`
     units: str
     words: str
@@ -36,16 +36,6 @@ class Kind(NamedTuple):
     def dataset(self, statistic: str) -> str:
         """Name of the dataset of a statistic, which is a member of `RunningPercentiles`."""
         return f"statistics/{self.name}/{statistic.replace('percentile', self.of)}"
-
-
-class Spread(NamedTuple):
-    """A table of percentiles with their intervals in the summary of a contact study."""
-
-    title: str
-    columns: Mapping[str, str]  # heading: dataset in `samples`
-    form: str  # of a number
-    factor: float = 1.0  # from the dataset's unit to that of the table
-    unit: str = ""
 
 
 class Change(NamedTuple):
@@ -73,10 +63,10 @@ class History(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A load of the linear response, with the tuned disk at the speed where they resonate."""
+    """A load of the linear response, and the tuned disk at the speed where they resonate."""
 
-    reduced: ReducedModel
-    speed: float | None = None  # [rad/s]; None: that of the reduced model
+    model: Model
+    speed: float | None = None  # [rad/s]; None: they never do, or the stiffness is of one speed
     n_diameters: int = 0
 
 
@@ -90,8 +80,7 @@ class Effect:
     amplitude = ""  # dataset whose largest value is the peak of a disk, if not `amplitude_m`
     points: tuple[Quantity, ...] = ()  # quantities of every speed
     peaks: tuple[Quantity, ...] = ()  # numbers of every disk of a contact study
-    kinds: tuple[Kind, ...] = ()  # of these, those with running percentiles
-    spreads: tuple[Spread, ...] = ()
+    kinds: tuple[Kind, ...] = ()  # of these, those with percentiles
     changes: tuple[Change, ...] = ()  # what is uncertain
     # datasets of a study, by its name; in contact besides `points` and `peaks`
     datasets: ClassVar[Mapping[str, tuple[Dataset, ...]]] = {}

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.effects.effect import Effect, History, Kind, Spread, largest, range_of_disks
+from hpcrub.effects.effect import Effect, History, Kind, largest, range_of_disks
 from hpcrub.response.quantities import Quantity
 from hpcrub.response.sweep import SweepResult
 from hpcrub.results.layout import Dataset
@@ -30,7 +30,6 @@ class Stress(Effect):
     points = (SweepResult.declared()["stress"],)
     peaks = (PEAK,)
     kinds = (Kind("stress", PEAK.name, "Pa", "largest stresses of any speed"),)
-    spreads = (Spread("Largest stress of a disk", {"stress": PEAK.name}, ".4g", 1e-6, "MPa"),)
 
     def exists(self, config: Config) -> bool:
         """Whether stresses are limited, and computed rather than estimated."""

@@ -103,8 +103,6 @@ class Worker:
                 self.results.append(self.compute(task, self.poll))
                 if not self.tasks:
                     self._tell("ask")
-                elif self.team.shared is None:  # a first shared value may depend on this result
-                    self._tell("done")
                 self.poll()
         while not self.ended:
             self._look()
@@ -135,8 +133,6 @@ class Worker:
             kind, content = self.team.comm.recv(source=0, tag=FROM_ROOT)
             if kind == "tasks":
                 self.tasks.extend(content)
-            elif kind == "shared":
-                self.team.shared = content
             else:
                 self.ended = True
 

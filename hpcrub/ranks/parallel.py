@@ -20,7 +20,7 @@ from typing import Any, NoReturn
 
 from hpcrub.config.text import one_line
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError, complain, flush
-from hpcrub.ranks.dispatch import FROM_ROOT, PAUSE, Dispatcher, Worker
+from hpcrub.ranks.dispatch import PAUSE, Dispatcher, Worker
 from hpcrub.ranks.schedule import Assignments, Tasks
 
 MOST_CHARACTERS = 400  # of either end of an error line
@@ -235,8 +235,8 @@ class Team:
         tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); rank 0's are used.
         compute(task, poll): called on any rank; must call poll() many times a second and let
         Interrupted pass; returns a small picklable result. on_result(task, result): called on rank
-        0 in order of completion; may `share` a value and add urgent tasks; returns a true value
-        when no further task is needed. shared: value of poll() until another one is shared.
+        0 in order of completion; may add urgent tasks; returns a true value when no further task is
+        needed. shared: value of poll().
         Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
         """
         self.shared = shared
@@ -246,12 +246,6 @@ class Team:
         stopped_by = self.bcast(side.run())  # a signal may come after rank 0 has said the end
         if stopped_by:
             _result_or_raise(None, Interrupted(stopped_by))
-
-    def share(self, value: Any) -> None:
-        """Let poll() return `value` from now on, soon on all ranks; called by an on_result."""
-        self.shared = value
-        for rank in range(1, self.size):
-            self.comm.send(("shared", value), rank, FROM_ROOT)
 
 
 def _caught(function: Any) -> tuple[Any, Any]:

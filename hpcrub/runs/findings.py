@@ -114,7 +114,8 @@ def of_disks(
     """
     n_lost = int(np.count_nonzero(~np.isfinite(sizes)))
     yield from disks_without_result(n_lost, sizes.size, meaning)
-    yield from peaks_not_settled(config, states)
+    lost, n = (int(np.count_nonzero(there)) for there in (states == NOT_STEADY, states != NO_POINT))
+    yield from not_settled(config, lost, n, "peaks")
     yield from kinematics(config, sizes[np.isfinite(sizes)])
 
 
@@ -132,12 +133,6 @@ def not_settled(
     why = f"{n_lost} of {n} {of} have not settled"
     advice = f"{why} within their time and {what}: {_longer(config, key)}"
     yield Finding(USELESS if n_lost > MOST_LOST * n else SINGLE, why, advice)
-
-
-def peaks_not_settled(config: Config, states: np.ndarray) -> Iterator[Finding]:
-    """Finding about peaks whose motion has not settled; states: codes of ``status``, any shape."""
-    lost, n = (int(np.count_nonzero(there)) for there in (states == NOT_STEADY, states != NO_POINT))
-    yield from not_settled(config, lost, n, "peaks")
 
 
 def growing(

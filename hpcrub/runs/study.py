@@ -160,10 +160,6 @@ class Study:
         """Lines about the results; the first line stands in a table of several runs."""
         return ()
 
-    def facts(self, file: ResultFile, disk: int = 0) -> Iterator[str]:
-        """Lines about the effects of an input; disk: of a study of whole motions."""
-        return effects.lines(file, disk)
-
     def findings(self, file: ResultFile) -> Iterable[Finding]:
         """Findings against the results, for the verdict."""
         return ()
@@ -183,12 +179,10 @@ class Study:
 
     # of a study that can be computed in parts, which has the section `part`
 
-    def shared(self, file: ResultFile) -> dict[str, Any] | None:
-        """Results that all parts share, by the names of their datasets; None: not complete."""
-        raise NotImplementedError
+    derived: tuple[str, ...] = ()  # datasets of samples that follow from others, or from the input
 
-    def of_samples(self, file: ResultFile) -> list[str]:
-        """Names of the datasets with a row for every sample, samples/status last."""
+    def has_tuned(self, file: ResultFile) -> bool:
+        """Whether the tuned disk is complete."""
         raise NotImplementedError
 
     def complete(self, run: "Run", file: ResultFile) -> None:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub import effects
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, POINT_REASON, POINT_STATUS
@@ -180,7 +181,7 @@ class Energy(StudyInTime):
             return
         low, middle, high = np.percentile(by_energy, [0, 50, 100])
         yield f"by strain energy: {low:.3f} to {high:.3f}, median {middle:.3f}"
-        yield from self.facts(file)
+        yield from effects.lines(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Reasons to distrust points of disks, and largest energies at an end of the speeds."""

@@ -177,7 +177,7 @@ class InteractionMap(StudyInTime):
                 f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, "
                 f"{line / speeds[best]:.2f} per turn"
             )
-            yield from (f"{name}: {line}" for line in self.facts(file, disk))
+            yield from (f"{name}: {line}" for line in effects.lines(file, disk))
 
 
 STUDY = InteractionMap()

@@ -7,7 +7,7 @@ depends on the speed, every load has modes of its own: those of the speed at whi
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -46,35 +46,30 @@ def _chunks(config: Config) -> Any:
     return -(-config.mistuning.samples // CHUNK)
 
 
-class Start(NamedTuple):
-    """Disk, in air of the speed at which a load meets the tuned disk, and this speed."""
-
-    model: Model
-    speed: float | None  # [rad/s]; None: the stiffness is that of one speed, or they never meet
-
-
-def _starts(config: Config, model: Any) -> Any:
-    """A Start for every load; `model` itself as often as its stiffness does not change."""
-    reduced, starts = model.reduced, []
+def _loads(config: Config, model: Model) -> list[Load]:
+    """Every load, of `model` itself where its stiffness does not change."""
+    reduced, loads = model.reduced, []
     diameters = cyclic.tuned_diameters(reduced)
     for order in config.linear.n_diameters:
         hz = crossings.of_disk(reduced, diameters, order) if reduced.stiffening else np.nan
         speed = None if np.isnan(hz) else 2.0 * np.pi * hz
         there = model if speed is None else model._replace(reduced=in_air(config, reduced, speed))
-        starts.append(Start(there, speed))
-    return starts
+        loads.append(Load(there, speed, order))
+    return loads
 
 
-def _modes(config: Config, starts: Any, blades: Any) -> list[Any]:
+def _modes(config: Config, loads: list[Load], blades: Any) -> list[Any]:
     """Modes of one disk for every load; the same ones where the stiffness does not change."""
     found = {}
-    for model, speed in starts:
+    for model, speed, _ in loads:
         if speed not in found:
             found[speed] = modes_of(config, model, blades, speed)
-    return [found[start.speed] for start in starts]
+    return [found[load.speed] for load in loads]
 
 
-def _peaks(config: Config, starts: Any, modes: Any, blades: Any, observed: str = "observed") -> Any:
+def _peaks(
+    config: Config, loads: list[Load], modes: Any, blades: Any, observed: str = "observed"
+) -> Any:
     """Largest amplitude [m] and its speed [Hz] under every load, (D, 2)."""
 
     def at(model: Any, speed: Any) -> Any:
@@ -84,12 +79,10 @@ def _peaks(config: Config, starts: Any, modes: Any, blades: Any, observed: str =
     return np.array([
         linear_peak(
             of_load._replace(observed=getattr(of_load, observed)), config.damping,
-            config.forcing.amplitude, config.forcing.sense * n_diameters,
-            model.reduced.interface, config.disk.n_blades, partial(at, model),
+            config.forcing.amplitude, config.forcing.sense * load.n_diameters,
+            load.model.reduced.interface, config.disk.n_blades, partial(at, load.model),
         )
-        for n_diameters, (model, _), of_load in zip(
-            config.linear.n_diameters, starts, modes, strict=True
-        )
+        for load, of_load in zip(loads, modes, strict=True)
     ])  # fmt: skip
 
 
@@ -127,39 +120,37 @@ class Linear(Study):
         """Cost of an eigenproblem for every sample, without time steps."""
         return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
 
-    def prepare(self, config: Config) -> tuple[list[Start], np.ndarray]:
-        """Starts of all loads, and the tuned disk's peaks, amplitude [m] and speed [Hz] (D, 2).
+    def prepare(self, config: Config) -> tuple[list[Load], np.ndarray]:
+        """All loads, and the tuned disk's peaks, amplitude [m] and speed [Hz] (D, 2).
 
         Raises InputError for a disk that is hardly excited.
         """
-        starts, alike = _starts(config, build_model(config)), np.zeros(config.disk.n_blades)
-        modes = _modes(config, starts, alike)
-        tuned = _peaks(config, starts, modes, alike)
-        radial = _peaks(config, starts, modes, alike, "normal")
+        loads, alike = _loads(config, build_model(config)), np.zeros(config.disk.n_blades)
+        modes = _modes(config, loads, alike)
+        tuned = _peaks(config, loads, modes, alike)
+        radial = _peaks(config, loads, modes, alike, "normal")
         lost = np.flatnonzero(tuned[:, 0] < ROUNDING * radial[:, 0])
         if lost.size:
             raise InputError(
                 f"linear.n_diameters: under {config.linear.n_diameters[lost[0]]} diameters the "
                 "tips of the tuned disk move radially only, and amplitudes are tangential"
             )
-        return starts, tuned
+        return loads, tuned
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Compute the amplifications of a chunk of samples of one level."""
-        starts, tuned = problem
+        loads, tuned = problem
         level, chunk = divmod(task, _chunks(config))
         samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
         amplification, of_first = np.full((len(tuned), len(samples)), np.nan), []
         for i, sample in enumerate(samples):
             blades = deviation(config, level, sample)
-            modes = _modes(config, starts, blades)
+            modes = _modes(config, loads, blades)
             of_first.append(modes[0])
-            peaks = _peaks(config, starts, modes, blades)
+            peaks = _peaks(config, loads, modes, blades)
             known = np.isfinite(peaks[:, 0] + tuned[:, 0])  # a disk in flutter has no response
             amplification[known, i] = peaks[known, 0] / tuned[known, 0]
             poll()
-        of_loads = zip(starts, config.linear.n_diameters, strict=True)
-        loads = [Load(start.model.reduced, start.speed, n) for start, n in of_loads]
         for effect in effects.of(config):
             yield from effect.of_samples(level, samples.start, of_first)
             for name, values in effect.of_model(self.name, config, loads) if task == 0 else ():
@@ -172,7 +163,7 @@ class Linear(Study):
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Effects, and percentiles at every level and load."""
-        yield from self.facts(file)
+        yield from effects.lines(file)
         names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
         yield f"percentiles {names} of the linear amplification, interval of the last"
         for d, n_diameters in enumerate(file.read("n_diameters")):

@@ -140,7 +140,7 @@ class Modal(Study):
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Compute frequencies, shapes, waves of a casing that vibrates, and damping by the air."""
         for effect in effects.of(config):
-            for name, values in effect.of_model(self.name, config, [Load(problem.reduced)]):
+            for name, values in effect.of_model(self.name, config, [Load(problem)]):
                 yield name, (), values
         if config.disk.model is not None:
             yield from _of_file(config, problem)
@@ -178,7 +178,7 @@ class Modal(Study):
             there = f"{speed:.4g} Hz, where its frequency is {order * speed:.4g} Hz"
             meets = f"meets the first family at {there}"
         yield f"without contact, order {order} {meets}"
-        yield from self.facts(file)
+        yield from effects.lines(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Error of the first family's frequencies by the reduction."""

@@ -222,7 +222,7 @@ class TimeResponse(StudyInTime):
                 f"{name}: {known}, largest |u_t| {size:.1f} mm, "
                 f"largest mean force {force:.4g} N{care}"
             )
-            yield from (f"{name}: {line}" for line in self.facts(file, disk))
+            yield from (f"{name}: {line}" for line in effects.lines(file, disk))
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Reasons to distrust the motions of the disks."""

@@ -137,7 +137,7 @@ def test_what_a_key_takes_along_is_not_said_to_be_left_out(keys, words):
 
 def test_a_figure_that_fails_is_told(folder, monkeypatch):
     def broken(*_, **__):
-        yield HpcrubError("the picture of the samples cannot be written")
+        yield None, HpcrubError("the picture of the samples cannot be written")
 
     monkeypatch.setattr(report, "of_study", broken)
     page = render([str(folder / "linear.h5")])

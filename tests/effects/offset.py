@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hpcrub.effects.effect import Change, Effect, Quantity, Spread, largest, times
+from hpcrub.effects.effect import Change, Effect, Kind, Quantity, largest, times
 from hpcrub.results.verdict import SINGLE, Finding
 
 
@@ -14,7 +14,7 @@ class Offset(Effect):
     omitted = "No tip is dragged aside."
     points = (Quantity("offset_m", "m", "mean displacement of a tip, the largest of all tips"),)
     peaks = (Quantity("largest_offset_m", "m", "largest offset of any speed"),)
-    spreads = (Spread("Offset", {"offset": "largest_offset_m"}, ".4g", 1e3, "mm"),)
+    kinds = (Kind("offset", "largest_offset_m", "m", "largest offsets"),)
     changes = (Change("twice the offset", "contact.friction", times({"contact.friction": 2.0})),)
 
     def exists(self, config):

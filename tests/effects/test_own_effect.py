@@ -51,7 +51,8 @@ def test_it_is_in_summary_verdict_and_checklist(done):
     tuned = 1e3 * contents(folder / "a.h5")["tuned/offset_m"].max()
     assert f"tuned offset {tuned:.4g} mm" in printed
     assert "- the tips have an offset" in printed
-    assert "Offset: percentiles and their intervals (95 %) [mm]" in " ".join(printed.split())
+    words = "Percentiles of largest offsets, and their intervals (95 %) [mm]"
+    assert words in " ".join(printed.split())
     assert "twice the offset:" in printed
 
 

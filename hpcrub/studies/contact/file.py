@@ -16,13 +16,6 @@ def names(file: ResultFile, group: str) -> list[str]:
     return [name for of, _, name in parts if of == group]
 
 
-def read_tuned(file: ResultFile) -> dict[str, Any] | None:
-    """Results of the tuned disk by name, None when they are not complete."""
-    values = {name: file.read(f"tuned/{name}") for name in names(file, "tuned")}
-    # infinite where the tuned disk flutters in air
-    return None if np.isnan(values["linear_amplitude_m"]) else values
-
-
 def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
     """Write the results of the tuned disk, by their names in the group; one rank."""
     file.write({f"tuned/{n}": values[n] for n in names(file, "tuned") if n in values}, ())
@@ -76,9 +69,3 @@ def write_verdict(file: ResultFile, verdict: Verdict) -> None:
     of_lines = [verdict.severity, *(finding.severity for finding in verdict.advice)]
     severities[: len(of_lines)] = of_lines
     file.write({"trust": texts, "trust_severity": severities}, ())
-
-
-def read_verdict(file: ResultFile) -> Verdict | None:
-    """Read the verdict without its advice; None where the study has not come to one."""
-    words = file.read("trust", 0).decode(errors="ignore")
-    return Verdict(int(file.read("trust_severity", 0)), words) if words else None

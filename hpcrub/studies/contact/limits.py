@@ -6,13 +6,11 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.config.text import counted, percent
+from hpcrub.config.text import percent
 from hpcrub.results.samples import finished, n_failed
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.studies.contact.survey import Survey
-
-CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
 
 
 def limits_in_words(config: Config) -> str:
@@ -66,25 +64,6 @@ def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
     if stress > 0.0:
         text += f"; largest stress: {1e-6 * stress:,.0f} MPa{_condition(file.config)}"
     yield text
-
-
-def engines_lines(file: ResultFile, usable: bool) -> Iterator[str]:
-    """Number of further engines below the largest amplitude of a level, with 95 % confidence.
-
-    Among n + N disks drawn alike, the largest is one of the first n with the probability
-    n/(n + N), whatever the distribution.
-    """
-    if file.config.pattern_deviation is not None or not usable:
-        return
-    for level, half_range in enumerate(file.read("half_range")):
-        peaks = finished(file, level, "peak_amplitude_m")
-        n_more = int(len(peaks) * (1.0 / CONFIDENCE - 1.0) + 1e-9)
-        if n_more and not n_failed(file, level):
-            yield (
-                f"±{100 * half_range:.3g} %: no blade of {counted(n_more, 'further engine')} moves "
-                f"by more than {1e3 * peaks.max():.3g} mm, with 95 % confidence (of N engines: "
-                "19 N disks are needed)"
-            )
 
 
 def _stresses(file: ResultFile, level: int) -> Any:

@@ -3,8 +3,7 @@
 Samples go by number, then by level, so that all levels are equally far at any moment. The results
 of a sample depend on nothing but (configuration, level, sample).
 
-The tuned disk comes first, and the samples begin while it is still integrated: a rank that finishes
-a sample before the tuned disk is complete waits, with the sample in its memory, for the reference.
+The tuned disk comes first, on all ranks: amplifications of the samples are relative to it.
 """
 
 import time
@@ -17,7 +16,6 @@ from hpcrub import effects
 from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, Interrupted
 from hpcrub.model.reduction import Modes
-from hpcrub.ranks.parallel import PAUSE
 from hpcrub.ranks.progress import console, duration
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
@@ -54,8 +52,6 @@ class MonteCarlo(Job):
         config = self.config
         self.speeds_hz = config.speeds.values_hz
         self.reference: Any = None  # Reference, once known to this rank
-        # Integrated of every part of the runs of the tuned disk (rank 0)
-        self.runs: list[dict[int, Any]] = [{} for _ in range(amplification.n_runs(config))]
         self.looked_at = 0  # samples finished on all levels when convergence was checked last
         self.kinds = kinds(config)
         self.observers: dict[str, Any] = {}  # of the effects
@@ -67,17 +63,22 @@ class MonteCarlo(Job):
         self.failure = ""  # message of the last sample that failed (rank 0)
 
     def run(self) -> None:
-        """Compute and write all missing samples, then write the statistics.
+        """Compute and write the tuned disk and all missing samples, then write the statistics.
 
         Raises Interrupted on all ranks after a stop signal; finished samples are in the file.
         """
         self.reference, n_tasks = self.team.on_root(self._take_stock)
-        if n_tasks:
+        if n_tasks or not self.reference:
             self.load_kernel()
-        self.phase("samples" if self.reference else "tuned disk")
         try:
-            self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)
+            if not self.reference:
+                self.phase("tuned disk")
+                self.reference = self._tuned_disk()
             self.team.on_root(lambda: amplification.check_reference(self.reference, self.file))
+            if self.reference.usable:
+                self.phase("samples")
+                self.team.on_root(lambda: self.progress.start(self.status))
+                self.team.run_tasks(self.tasks, self._compute, self._collect)
         except Interrupted:
             self.team.on_root(self._write_statistics)
             raise
@@ -111,29 +112,44 @@ class MonteCarlo(Job):
     def _take_stock(self) -> Any:
         """Read the results in the file, and plan the tasks (rank 0).
 
-        Returns the Reference, None if it is missing, and the number of tasks.
+        Returns the Reference, None if it is missing, and the number of the samples' tasks.
         """
         self.status = self.file.status
         self.reference = amplification.reference_of(self.file, self.prepared)
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
         n_pending = int(np.count_nonzero(self.status == PENDING))
-        if self._is_useless() or self._is_enough():
+        if self._is_enough():
             n_pending = 0
-        n_runs, most = 0 if self.reference else len(self.runs), most_parts(len(self.speeds_hz))
-        cut = n_parts(n_runs, self.team.size, most)
-        runs = [TunedPart(run, part, cut) for run in range(n_runs) for part in range(cut)]
         n_together = 1
         if self.prepared and self.prepared.basis:
             n_together = together(len(self.speeds_hz), max(self.prepared.scene.lanes))
-        self.tasks = ContactTasks(runs, self._pending(), n_pending, most, n_together)
-        if self.progress and self.reference:
-            self.progress.start(self.status)
+        most = most_parts(len(self.speeds_hz))
+        self.tasks = ContactTasks(self._pending(), n_pending, most, n_together)
         return self.reference, len(self.tasks)
 
-    def _is_useless(self) -> Any:
-        """Whether no amplitude can be divided by the reference."""
-        return self.reference and not self.reference.usable
+    def _tuned_disk(self) -> Any:
+        """Compute and write the runs of the tuned disk (all ranks); returns the Reference."""
+        n_runs, n_speeds = amplification.n_runs(self.config), len(self.speeds_hz)
+        cut = n_parts(n_runs, self.team.size, most_parts(n_speeds))
+        parts: list[dict[int, Any]] = [{} for _ in range(n_runs)]  # Integrated (rank 0)
+        n_done = 0
+
+        def collect(task: TunedPart, found: Any) -> None:
+            nonlocal n_done
+            self.work += Work(0, found.n_steps, found.seconds)
+            parts[task.run][task.part] = found
+            n_done += int(np.count_nonzero(found.result.point_status))
+            self.progress.part("speeds of the tuned disk", n_done, n_runs * n_speeds)
+
+        def write() -> Any:
+            wholes = [amplification.join(run) for run in parts]
+            amplification.write_tuned(self.config, self.prepared, self.file, wholes)
+            return amplification.reference_of(self.file, self.prepared)
+
+        tasks = [TunedPart(run, part, cut) for run in range(n_runs) for part in range(cut)]
+        self.team.run_tasks(tasks, self._compute_tuned, collect)
+        return self.team.on_root(write)
 
     def _pending(self) -> Iterator[Any]:
         """Pairs (level, sample) of the samples to compute."""
@@ -143,39 +159,21 @@ class MonteCarlo(Job):
 
     # any rank
 
-    def _compute(self, task: Any, poll: Any) -> Any:
-        """Write whole samples and return their Outcomes; of any other task, return the Integrated.
+    def _compute_tuned(self, task: TunedPart, poll: Any) -> Any:
+        """Integrate a part of a run of the tuned disk; returns the Integrated."""
+        tuned, scene = amplification.tuned_run(self.config, self.prepared, task.run)
+        disks = [Disk(tuned, self._part(task))]
+        ((_, response),) = self._integrate(disks, scene, poll, [task.run == 0])
+        return response
 
-        Samples without a usable reference are not written, and None is returned.
-        """
-        if isinstance(task, TunedPart):
-            tuned, scene = amplification.tuned_run(self.config, self.prepared, task.run)
-            disks = [Disk(tuned, self._part(task))]
-            ((_, response),) = self._integrate(disks, scene, poll, [task.run == 0])
-            return response
+    def _compute(self, task: Any, poll: Any) -> Any:
+        """Write whole samples and return their Outcomes; of a part of one return the Integrated."""
         responses = self._responses(task, poll)
         if task.response:
             responses = iter([(task.places[0], task.response, None)])
         if task.n_parts > 1:
             return next(responses)[1]
-        outcomes, waiting = [], []
-        for found in responses:
-            waiting.append(found)
-            self.reference = self.reference or poll()
-            outcomes += self._finish_all(waiting)
-        while self.reference is None:
-            self.reference = poll()
-            time.sleep(0.0 if self.reference else PAUSE)
-        outcomes += self._finish_all(waiting)
-        return outcomes if self.reference.usable else None
-
-    def _finish_all(self, waiting: list[Any]) -> list[tuple[tuple[int, int], Outcome]]:
-        """Write the samples that wait for a usable reference; returns (place, Outcome) of each."""
-        if not (self.reference and self.reference.usable):
-            return []
-        done = [(place, self._finish(place, *found)) for place, *found in waiting]
-        waiting.clear()
-        return done
+        return [(place, self._finish(place, *found)) for place, *found in responses]
 
     def _part(self, task: Any) -> range:
         """Speeds of a task."""
@@ -248,10 +246,6 @@ class MonteCarlo(Job):
 
     def _collect(self, task: Any, result: Any) -> Any:
         """Record a finished task; returns whether no further task is needed."""
-        if result is None:
-            return False
-        if isinstance(task, TunedPart):
-            return self._collect_tuned(task, result)
         if task.n_parts > 1:
             return self._collect_part(task, result)
         for where, outcome in result:
@@ -262,22 +256,6 @@ class MonteCarlo(Job):
                 self.numbers[:, *where] = outcome.numbers
             self.progress.sample(*where, outcome, self.numbers[0])
         return self._is_enough()
-
-    def _collect_tuned(self, task: Any, response: Any) -> Any:
-        self.work += Work(0, response.n_steps, response.seconds)
-        self.runs[task.run][task.part] = response
-        done = [p.result.point_status for parts in self.runs for p in parts.values()]
-        n_done = sum(map(np.count_nonzero, done))
-        n_all = len(self.runs) * len(self.speeds_hz)
-        self.progress.part("speeds of the tuned disk", n_done, n_all)
-        if all(len(parts) == task.n_parts for parts in self.runs):
-            wholes = [amplification.join(parts) for parts in self.runs]
-            amplification.write_tuned(self.config, self.prepared, self.file, wholes)
-            self.reference = amplification.reference_of(self.file, self.prepared)
-            self.team.share(self.reference)
-            self.phase("samples")
-            self.progress.start(self.status)
-        return self._is_useless()
 
     def _collect_part(self, task: Any, response: Any) -> None:
         """Record a part of a sample; after the last part, queue the sample for a rank to write."""

@@ -21,7 +21,7 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import findings, layout, summary
 from hpcrub.studies.contact.amplification import n_runs
-from hpcrub.studies.contact.file import is_untouched, names, read_tuned, read_verdict
+from hpcrub.studies.contact.file import is_untouched
 from hpcrub.studies.contact.limits import limit_lines
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
@@ -103,14 +103,9 @@ class Contact(Study):
         error = judged_error(convergence.criterion, known)
         return first_converged(error, convergence.target_error) is not None
 
-    def shared(self, file: ResultFile) -> dict[str, Any] | None:
-        """Results of the tuned disk; None: not complete."""
-        tuned = read_tuned(file)
-        return tuned and {f"tuned/{name}": values for name, values in tuned.items()}
-
-    def of_samples(self, file: ResultFile) -> list[str]:
-        """Names of the datasets of samples, the status last."""
-        return [f"samples/{name}" for name in names(file, "samples")]
+    def has_tuned(self, file: ResultFile) -> bool:
+        """Whether the tuned disk is complete; infinite: it flutters in air."""
+        return not np.isnan(file.read("tuned/linear_amplitude_m"))
 
     def complete(self, run: Run, file: ResultFile) -> None:
         """Write the statistics of all samples."""
@@ -133,11 +128,11 @@ class Contact(Study):
         text += f", mistuned {' / '.join(f'{peak:.2f}' for peak in peaks)} mm"
         if len(at) > 1:
             text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
-        verdict = read_verdict(file)
-        if verdict and verdict.usable:
+        verdict = findings.verdict(file)
+        if verdict.usable:
             ratios = np.percentile(file.read("samples/amplification", where)[done], at)
             text += f", A_nl {' / '.join(f'{ratio:.3f}' for ratio in ratios)}"
-        yield f"{text}; {verdict.words}" if verdict else text
+        yield f"{text}; {verdict.words}"
 
     def conclusion(self, file: ResultFile, usable: bool) -> list[str]:
         """The probabilities of exceeding the limits, if there are limits; else the report."""

@@ -1,6 +1,8 @@
 """Results of a contact study as tables and lines for a terminal or a log."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from operator import attrgetter
 
 import numpy as np
 from rich.table import Table
@@ -8,7 +10,7 @@ from rich.table import Table
 from hpcrub import effects
 from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
-from hpcrub.effects.effect import Spread
+from hpcrub.effects.effect import Kind
 from hpcrub.ranks import progress
 from hpcrub.results import samples
 from hpcrub.results.layout import DONE, FAILED
@@ -16,13 +18,10 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
 from hpcrub.studies.contact import limits, measured, survey
 from hpcrub.studies.contact.file import is_untouched
-from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, LINEAR, amplitude
+from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, amplitude, kinds
 
-AMPLIFICATIONS = Spread(
-    "Amplifications",
-    {"A_nl": AMPLIFICATION.of, "A_lin": LINEAR.of},
-    form=".3f",
-)
+# factor, unit and digits in tables, by the unit in the file
+SHOWN = {"1": (1.0, "", ".3f"), "m": (1e3, "mm", ".4g"), "Pa": (1e-6, "MPa", ".4g")}
 
 
 def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
@@ -39,11 +38,10 @@ def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
         yield measured.table(file)
     else:
         yield level_table(file, counts)
-        of_effects = (spread for e in effects.of(file.config) for spread in e.spreads)
-        yield from (interval_table(file, spread) for spread in (AMPLIFICATIONS, *of_effects))
+        for _, alike in groupby(kinds(file.config), attrgetter("units")):
+            yield interval_table(file, list(alike))
     yield tuned_line(file)
     yield from limits.largest_line(file, counts)
-    yield from limits.engines_lines(file, usable)
     yield from effects.lines(file)
     for level in range(len(file.config.levels)):
         yield from limits.limit_lines(file, usable, level)
@@ -91,22 +89,22 @@ def level_table(file: ResultFile, found: survey.Survey) -> Table:
     return table
 
 
-def interval_table(file: ResultFile, spread: Spread) -> Table:
-    """One row per level and percentile: quantities of disks with their confidence intervals."""
-    share = f"{100 * confidence(Z_95):.4g} %"
-    title = f"{spread.title}: percentiles and their intervals ({share})"
-    at = file.config.convergence.percentiles
-    headings = (word for heading in spread.columns for word in (heading, "interval"))
-    unit = f" [{spread.unit}]" * bool(spread.unit)
-    table = progress.table(title + unit, ("level", "percentile", *headings))
+def interval_table(file: ResultFile, alike: Sequence[Kind]) -> Table:
+    """One row per level and percentile: kinds of numbers of one unit, with their intervals."""
+    factor, unit, form = SHOWN.get(alike[0].units, (1.0, alike[0].units, ".4g"))
+    words = " and ".join(kind.words for kind in alike)
+    at, share = file.config.convergence.percentiles, f"{100 * confidence(Z_95):.4g} %"
+    title = f"Percentiles of {words}, and their intervals ({share})" + f" [{unit}]" * bool(unit)
+    headings = (word for kind in alike for word in (kind.name.replace("_", " "), "interval"))
+    table = progress.table(title, ("level", "percentile", *headings))
     for level, half_range in enumerate(file.read("half_range")):
         columns = []
-        for name in spread.columns.values():
-            values = spread.factor * samples.finished(file, level, name)
-            columns.append(with_interval(values, at, survey.shared_uncertainty(file, name)).T)
+        for kind in alike:
+            values = factor * samples.finished(file, level, kind.of)
+            columns.append(with_interval(values, at, survey.shared_uncertainty(file, kind.of)).T)
         for percentile, *found in zip(at, *columns, strict=True):
             parts = (part for value, *ends in found for part in ([value], ends))
-            cells = (interval_in_words(*part, form=spread.form) for part in parts)
+            cells = (interval_in_words(*part, form=form) for part in parts)
             table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
     return table
 

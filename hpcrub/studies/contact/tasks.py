@@ -1,4 +1,4 @@
-"""Tasks of a contact study: tuned disk and samples, cut into parts if there are many ranks."""
+"""Tasks of a contact study, which are cut into parts if there are many ranks."""
 
 import itertools
 from collections.abc import Iterable
@@ -41,31 +41,22 @@ def together(n_speeds: int, n_lanes: int) -> int:
 
 
 def n_parts(n_left: int, n_ranks: int, most: int) -> int:
-    """Parts into which the next of n_left sweeps is cut: one until ranks outnumber the sweeps.
-
-    Only half the ranks count: parts cost more than a whole, and most ranks are busy at the end.
-    """
-    return min(most, max(1, n_ranks // (2 * max(n_left, 1))))
+    """Parts into which the next of n_left sweeps is cut: one until ranks outnumber the sweeps."""
+    return min(most, max(1, n_ranks // n_left))
 
 
 class ContactTasks(Tasks):
-    """Tasks of a contact study: the tuned disk and the samples."""
+    """Samples of a contact study."""
 
     def __init__(
-        self,
-        tuned: list[TunedPart],
-        samples: Iterable[tuple[int, int]],
-        n_samples: int,
-        most: int,
-        together: int = 1,
+        self, samples: Iterable[tuple[int, int]], n_samples: int, most: int, together: int = 1
     ) -> None:
-        """Take the tasks of a study.
+        """Take the samples of a study.
 
         samples: iterable of n_samples pairs (level, sample), drawn one at a time; most: largest
         number of parts of a sample; together: most samples that a rank integrates together.
         """
         super().__init__()
-        self.urgent.extend(tuned)
         self.samples, self.n_samples, self.most = iter(samples), n_samples, most
         self.together = together
 
@@ -76,7 +67,8 @@ class ContactTasks(Tasks):
         """Return the next task; there must be one. The parts of a sample follow each other."""
         if self.urgent:
             return super().take(n_ranks)
-        cut = n_parts(self.n_samples, n_ranks, self.most)
+        # parts cost more than a whole, and most ranks are busy at the end
+        cut = n_parts(self.n_samples, n_ranks // 2, self.most)
         # the last samples go out by few, so that no rank waits long for another
         n = max(1, min(self.together, self.n_samples // (2 * n_ranks)))
         self.n_samples -= n

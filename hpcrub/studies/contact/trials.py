@@ -68,11 +68,6 @@ class Trials(Study):
         """Most disks that are worth integrating together."""
         return MOST_TOGETHER if self.problem_of(prepared).basis else 1
 
-    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
-        """Compute the largest amplitude and stress of a disk, as far as `datasets` has them."""
-        ((_, found),) = self.compute_all(config, problem, [task], poll)
-        yield from found
-
     def compute_all(
         self, config: Config, prepared: Any, tasks: Sequence[Any], poll: Poll
     ) -> Iterator[tuple[Any, list[Values]]]:

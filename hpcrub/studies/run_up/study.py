@@ -81,6 +81,7 @@ class RunUp(Study):
     integrates = True
     of_tasks = False
     unit = "disks"
+    derived = "samples/amplification", "samples/steady_peak_m"
     report = staticmethod(summary.report)
     answer = staticmethod(summary.answer)
 
@@ -197,19 +198,9 @@ class RunUp(Study):
             for state in kept:
                 state.forget()
 
-    def shared(self, file: ResultFile) -> dict[str, Any] | None:
-        """Results of the tuned disk; None: not complete."""
-        if (file.read("tuned/run_status") == PENDING).any():
-            return None
-        names = (line.name for line in self.layout(file.config) if line.name.startswith("tuned/"))
-        return {name: file.read(name) for name in names}
-
-    def of_samples(self, file: ResultFile) -> list[str]:
-        """Names of the datasets of samples but what follows from them, the status last."""
-        names = [line.name for line in self.layout(file.config)]
-        derived = "samples/amplification", "samples/steady_peak_m", "samples/status"
-        own = [n for n in names if n.startswith("samples/") and n not in derived]
-        return [*own, "samples/status"]
+    def has_tuned(self, file: ResultFile) -> bool:
+        """Whether the tuned disk is complete."""
+        return not (file.read("tuned/run_status") == PENDING).any()
 
     def complete(self, run: Any, file: ResultFile) -> None:
         """Write the amplifications."""

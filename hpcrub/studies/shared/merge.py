@@ -95,7 +95,7 @@ def _survey(out: Any, paths: Any, samples: Any) -> tuple[Any, Any, Any]:
     for path in paths:
         with open_result(path) as part:
             mine = _whole_config(part, out, samples)
-            part_tuned = run_of(mine).study.shared(part)
+            part_tuned = _tuned(part)
             if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
                 raise InputError(f"parts of different studies: {'; '.join(other)}")
             config = config or mine
@@ -125,6 +125,20 @@ def _whole_config(part: Any, out: Any, samples: Any) -> Any:
     return part.config.replace(keys | ({"mistuning.samples": samples} if samples else {}))
 
 
+def _names(part: Any, group: str) -> list[str]:
+    """Names of the datasets of a group that a part has computed, the status of samples last."""
+    run = run_of(part.config)
+    names = [line.name for line in run.datasets() if line.name.startswith(group)]
+    return [name for name in names if name not in run.study.derived]
+
+
+def _tuned(part: Any) -> Any:
+    """Results of the tuned disk by the names of their datasets; None: not complete."""
+    if not run_of(part.config).study.has_tuned(part):
+        return None
+    return {name: part.read(name) for name in _names(part, "tuned/")}
+
+
 def _same_tuned(tuned: Any, path: Any, other_tuned: Any, other_path: Any) -> None:
     differ = [n for n in sorted(tuned) if tuned[n].tobytes() != other_tuned[n].tobytes()]
     if differ:
@@ -141,7 +155,7 @@ def _fill(path: Any, parts_paths: Any, run: Any, tuned: Any) -> Any:
             whole.write(tuned, ())
         for part_path in parts_paths:
             with open_result(part_path) as part:
-                _copy(part, whole, run.study.of_samples(part))
+                _copy(part, whole, _names(part, "samples/"))
         run.study.complete(run, whole)
         return whole.status
 

@@ -10,16 +10,17 @@ from hpcrub.commands import run as cli
 from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.plot import families
 from hpcrub.response import sweep
 from hpcrub.response.sweep import SweepResult
+from hpcrub.results import samples
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup import disks
 from hpcrub.setup import problem as study
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import STUDY, amplification, findings, survey
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact.summary import AMPLIFICATIONS, interval_table, level_table, point_lines
+from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
+from hpcrub.studies.contact.summary import interval_table, level_table, point_lines
 from tests.program import TINY, contents, datasets, error_lines, load, run_here
 
 
@@ -57,12 +58,12 @@ def test_amplifications_are_peaks_over_the_reference(file):
     assert (file.status == DONE).all()
     peaks = file.read("samples/amplitude_m").max(axis=2)
     np.testing.assert_array_equal(file.read("samples/peak_amplitude_m"), peaks)
-    reference = contact_file.read_tuned(file)["reference_amplitude_m"]
+    reference = file.read("tuned/reference_amplitude_m")
     np.testing.assert_array_equal(file.read("samples/amplification"), peaks / reference)
 
 
 def test_the_summary_has_the_percentiles_of_every_level(file):
-    columns = cells(interval_table(file, AMPLIFICATIONS))
+    columns = cells(interval_table(file, [AMPLIFICATION, LINEAR]))
     for level in range(2):
         for column, name in ((2, "amplification"), (4, "linear_amplification")):
             percentiles = np.percentile(file.read(f"samples/{name}", level), [1, 50, 99])
@@ -144,7 +145,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
 
 def said(file):
     found = survey.survey(file)
-    tables = cells(level_table(file, found)), cells(interval_table(file, AMPLIFICATIONS))
+    tables = cells(level_table(file, found)), cells(interval_table(file, [AMPLIFICATION, LINEAR]))
     return [*tables, *point_lines(found), *findings.verdict(file, found).lines, *STUDY.report(file)]
 
 
@@ -174,7 +175,7 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
         contact_file.write_sample(file, 0, n, more)
         contact_file.write_sample(file, 0, n + 1, {"status": FAILED})
         assert said(file) == tables
-        assert max(map(len, families.finished(file, "amplification"))) == n
+        assert max(map(len, samples.of_levels(file, "amplification"))) == n
         keys = {"study": "energy", "sources": [str(file.path)], "energy.samples": 1}
         assert energy.STUDY.constants(file.config.replace(keys))["number"] < n
     error = "statistics/contact/convergence_error"

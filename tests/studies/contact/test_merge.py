@@ -19,7 +19,6 @@ from hpcrub.results import provenance
 from hpcrub.results.layout import PENDING
 from hpcrub.runs import result_files
 from hpcrub.studies import open_result, run_of
-from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.shared import merge as merging
 from tests.program import TINY, datasets, error_lines, lay_out, load, refusal, run_here
 
@@ -155,7 +154,7 @@ def test_parts_that_have_not_begun(folder):
         result_files.lay_out(f"{k}.h5", run, {"warnings": warnings})
     assert merging.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
     with open_result("whole.h5") as file:
-        assert contact_file.read_tuned(file) is None
+        assert not run_of(file.config).study.has_tuned(file)
     assert run_here("study.yaml", "--resume") == 0
     assert datasets("whole.h5") == datasets("single.h5")
 
