@@ -1,7 +1,9 @@
 """`hpcrub.run`: compute a study from Python, as the command line does."""
 
+import html
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -13,6 +15,7 @@ from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import HpcrubError, InputError, Interrupted
 
 ERRORS = {InputError.exit_code: InputError, Interrupted.exit_code: Interrupted}
+PROGRESS = re.compile(r"[a-z ]+: (\d+) of (?:at most |about )*(\d+)\b.*")
 LAST = 20  # lines of output that an error quotes when the failure is not hpcrub's own
 
 
@@ -45,7 +48,7 @@ def run(
     figures
         Draw the figures of the study, too.
     quiet
-        Print no progress.
+        Print no progress, which in a notebook is a bar.
 
     Returns
     -------
@@ -91,17 +94,53 @@ def _configuration(config: Any) -> Config:
     return runs[0]
 
 
+class Bar:
+    """Lines of output in a notebook: those of progress change one bar, all others are printed."""
+
+    def __init__(self, display: Any) -> None:
+        """Create it; display: `IPython.display`."""
+        self.display, self.handle = display, None
+
+    def __call__(self, line: str) -> None:
+        """Show one line of output."""
+        if not (found := PROGRESS.fullmatch(line.strip())):
+            self.handle = None  # the next progress is of something else
+            _print(line)
+            return
+        n_done, n_all = map(int, found.groups())
+        bar = f'<progress value="{min(n_done, n_all)}" max="{n_all}"></progress>'
+        page = self.display.HTML(f"{bar} {html.escape(line.strip())}")
+        if self.handle is None:
+            self.handle = self.display.display(page, display_id=True)
+        else:
+            self.handle.update(page)
+
+
+def _shown() -> Any:
+    """Function that shows a line of output, in a notebook or elsewhere."""
+    ipython = sys.modules.get("IPython")
+    if ipython and hasattr(ipython.get_ipython(), "kernel"):
+        from IPython import display
+
+        return Bar(display)
+    return _print
+
+
+def _print(line: str) -> None:
+    print(line, end="", flush=True)
+
+
 def _call(command: Any, quiet: Any) -> None:
     """Run a command and print its output line by line. Raises HpcrubError when it fails."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    said = []
+    said, show = [], _shown()
     with subprocess.Popen(
         command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:
         for line in process.stdout or ():
             said.append(line.strip())
             if not quiet:
-                print(line, end="", flush=True)
+                show(line)
     if process.returncode:
         ours = [line for line in said if line.startswith("hpcrub: ")]
         others = "\n".join(said[-LAST:])  # such as those of an mpirun that cannot start

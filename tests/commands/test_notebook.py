@@ -2,11 +2,14 @@
 
 import json
 import os
+import re
+from types import SimpleNamespace
 
 import pytest
 
 import hpcrub
 from hpcrub.commands import keys
+from hpcrub.commands.notebook import Bar
 from hpcrub.config.schema import Config
 from hpcrub.config.text import key_table
 from hpcrub.errors import HpcrubError, InputError
@@ -29,6 +32,42 @@ def test_a_study_from_python(folder, capfd, monkeypatch):
     with hpcrub.open(path) as file:
         assert file.config.casing.n_bumps == 5
     assert capfd.readouterr().out == ""
+
+
+class Cells:
+    """What a notebook shows: a list of outputs, each with the pages that it had in turn."""
+
+    def __init__(self):
+        self.outputs = []
+
+    HTML = staticmethod(str)
+
+    def display(self, page, display_id):
+        assert display_id
+        self.outputs.append([page])
+        return SimpleNamespace(update=self.outputs[-1].append)
+
+
+def test_progress_in_a_notebook_is_one_bar(capsys):
+    """It was an output for every line."""
+    cells = Cells()
+    show = Bar(cells)
+    for line in (
+        "loading the kernel\n",
+        "samples: 1 of 8, 5 s left <b>\n",
+        "samples: 8 of 8\n",
+        "Verdict: usable.\n",
+        "disks: 9 of at most about 7 (at most 60)\n",
+    ):
+        show(line)
+    first, second = cells.outputs
+    assert [re.search(r'value="(\d+)" max="(\d+)"', page).groups() for page in first] == [
+        ("1", "8"),
+        ("8", "8"),
+    ]
+    assert "&lt;b&gt;" in first[0]
+    assert 'value="7" max="7"' in second[0]
+    assert capsys.readouterr().out == "loading the kernel\nVerdict: usable.\n"
 
 
 def test_input_files_are_configurations_too(folder):
