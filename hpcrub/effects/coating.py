@@ -180,13 +180,14 @@ def _lines_of_disks(file: ResultFile) -> Iterator[str]:
         if not len(depth):
             continue
         through = int(np.count_nonzero(depth >= REACHED * depth_of_all(config)))
-        low, high = map(percent, probability_interval(through, len(depth), Z_95))
-        share = f", a share of {low} to {high} % (95 % interval)"
+        share = ""
+        if is_random and depth is not tuned:
+            low, high = map(percent, probability_interval(through, len(depth), Z_95))
+            share = f", a share of {low} to {high} % (95 % interval)"
         yield (
             f"{words}: cut {1e3 * np.median(depth):.3g} mm deep at the median, "
-            f"{1e3 * depth.max():.3g} mm at most; {through} of {len(depth)} cut through the coating"
-            + share
-            * (is_random and depth is not tuned)
+            f"{1e3 * depth.max():.3g} mm at most; {through} of {len(depth)} cut through the "
+            f"coating{share}"
         )
 
 
