@@ -86,55 +86,74 @@ def _steady_words(file: ResultFile) -> str:
 
 def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     """Tables of all runs and of the percentiles of all disks, and a line about chance."""
-    yield run_table(file)
+    yield from run_tables(file)
     if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
         yield percentile_table(file)
     yield chance_line(file)
 
 
-def run_table(file: ResultFile) -> Table:
-    """A row for each rate and leg: the tuned disk beside the largest of all disks."""
-    columns = _columns(file)
-    title = f"Tuned disk, and most of all disks, medians of the repetitions{_steady_words(file)}"
-    found = progress.table(title, ("Hz/s", "leg", *columns))
-    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
-        for leg, name in enumerate(leg_names(file)):
-            cells = (f"{values[rate, leg]:.4g}" for values in columns.values())
-            found.add_row(f"{hz_per_s:g}", name, *cells)
-    return found
+def run_tables(file: ResultFile) -> Iterator[Table]:
+    """Tables with a row for each rate and leg: sizes, time beyond limits, beside a steady study."""
+    for title, columns in (
+        (f"Tuned disk, and most of all disks{_steady_words(file)}", _sizes(file)),
+        ("Runs of all disks beyond a limit", _beyond(file)),
+        ("Mistuned disks, all repetitions, over their steady peaks", _beside(file)),
+    ):
+        if not columns:
+            continue
+        found = progress.table(title, ("Hz/s", "leg", *columns))
+        for rate, hz_per_s in enumerate(file.read("hz_per_s")):
+            for leg, name in enumerate(leg_names(file)):
+                cells = (f"{values[rate, leg]:.4g}" for values in columns.values())
+                found.add_row(f"{hz_per_s:g}", name, *cells)
+        yield found
 
 
-def _columns(file: ResultFile) -> dict[str, np.ndarray]:
-    """Numbers of every rate and leg by their headings, as far as the study has them."""
+def _sizes(file: ResultFile) -> dict[str, np.ndarray]:
+    """Medians of the repetitions at every rate and leg, by their headings."""
     config = file.config
-    shown = [("peak_amplitude_m", 1e3, "[mm]")]
+    shown = [("peak_amplitude_m", 1e3, "peak", "mm")]
     if config.observes_stress:
-        shown.append(("peak_stress_pa", 1e-6, "[MPa]"))
+        shown.append(("peak_stress_pa", 1e-6, "stress", "MPa"))
     if config.contact.wears:
-        shown.append(("worn_depth_m", 1e3, "worn [mm]"))
+        shown.append(("worn_depth_m", 1e3, "worn", "mm"))
     columns = {}
-    for name, factor, unit in shown:
-        columns[f"tuned\n{unit}"] = factor * of_tuned(file, name)
-        columns[f"most\n{unit}"] = factor * np.fmax.reduce(of_disks(file, name), axis=(0, 1))
-    if config.limits.amplitude_mm is not None or config.limits.stress is not None:
-        seconds, cycles = (
-            np.concatenate([file.read(f"{group}/{name}").reshape(-1, *file.shape(f"tuned/{name}"))
-                            for group in ("tuned", "samples")]).swapaxes(1, 2)
-            for name in ("seconds_above_s", "cycles_above")
-        )  # fmt: skip
-        beyond = np.ma.masked_invalid(seconds) > 0.0  # without runs that have no result
-        columns["beyond\nlimit [%]"] = 100.0 * np.ma.filled(beyond.mean(axis=(0, 1)), np.nan)
-        columns["longest\n[s]"] = np.fmax.reduce(seconds, axis=(0, 1))
-        columns["most\ncycles"] = np.fmax.reduce(cycles, axis=(0, 1))
-    if (beside := beside_steady(file)) is not None:
-        columns |= {
-            "disks": beside.n,
-            "below\nsteady": beside.below,
-            "above\nsteady": beside.above,
-            "median\nratio": beside.median,
-            "largest\nratio": beside.largest,
-        }
+    for name, factor, what, unit in shown:
+        columns[f"{what}\ntuned [{unit}]"] = factor * of_tuned(file, name)
+        most = factor * np.fmax.reduce(of_disks(file, name), axis=(0, 1))
+        columns[f"{what}\nmost [{unit}]"] = most
     return columns
+
+
+def _beyond(file: ResultFile) -> dict[str, np.ndarray]:
+    """Share of runs beyond a limit, and how long they are, likewise; nothing without limits."""
+    limits = file.config.limits
+    if limits.amplitude_mm is None and limits.stress is None:
+        return {}
+    seconds, cycles = (
+        np.concatenate([file.read(f"{group}/{name}").reshape(-1, *file.shape(f"tuned/{name}"))
+                        for group in ("tuned", "samples")]).swapaxes(1, 2)
+        for name in ("seconds_above_s", "cycles_above")
+    )  # fmt: skip
+    beyond = np.ma.masked_invalid(seconds) > 0.0  # without runs that have no result
+    return {
+        "share [%]": 100.0 * np.ma.filled(beyond.mean(axis=(0, 1)), np.nan),
+        "longest [s]": np.fmax.reduce(seconds, axis=(0, 1)),
+        "most cycles": np.fmax.reduce(cycles, axis=(0, 1)),
+    }
+
+
+def _beside(file: ResultFile) -> dict[str, np.ndarray]:
+    """Disks beside the steady study of `sources`, likewise; nothing without one."""
+    if (found := beside_steady(file)) is None:
+        return {}
+    return {
+        "disks": found.n,
+        "all below": found.below,
+        "all above": found.above,
+        "median ratio": found.median,
+        "largest ratio": found.largest,
+    }
 
 
 def percentile_table(file: ResultFile) -> Table:
