@@ -24,7 +24,7 @@ from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES
 from hpcrub.ranks.progress import WIDTH, say
-from hpcrub.results import model_file
+from hpcrub.results import model_file, ownership
 from hpcrub.results.layout import PENDING
 from hpcrub.studies import open_result, run_of
 
@@ -43,7 +43,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         raise InputError(f"{target} is no report, and is not replaced; choose another --output")
     page = render(options.files)
     try:
-        target.write_text(page, encoding="utf-8")
+        with ownership.replacing(target) as part:  # an empty file would be no report
+            part.write_text(page, encoding="utf-8")
     except OSError as error:
         raise HpcrubError(f"cannot write {target}: {error.strerror or error}") from None
     say(f"report:  {target}")

@@ -16,8 +16,9 @@ MOST_ROWS = 1_000_000
 def read(path: str | Path, most: int = MOST_ROWS) -> tuple[tuple[str, ...], np.ndarray]:
     """Read the names of the columns, () if the file has none, and the values (rows, columns).
 
-    Commas separate the columns; lines that are empty or begin with # are left out. Raises
-    InputError, which names the line, when the file cannot be read or has more than `most` rows.
+    Semicolons (then with decimal commas, too), commas or blanks separate the columns; lines that
+    are empty or begin with # are left out. Raises InputError, which names the line, when the file
+    cannot be read or has more than `most` rows.
     """
     with reading(path):
         with open(path, "rb") as file:  # count first: reading takes far longer
@@ -26,11 +27,7 @@ def read(path: str | Path, most: int = MOST_ROWS) -> tuple[tuple[str, ...], np.n
         text = "" if too_many else Path(path).read_text("utf-8-sig")
     if too_many:
         raise InputError(f"{path}: more than {most:,} rows, the most that are allowed here")
-    lines = [
-        (number, [cell.strip() for cell in cells])
-        for number, cells in enumerate(csv.reader(text.splitlines()), 1)
-        if any(cells) and not cells[0].lstrip().startswith("#")
-    ]
+    lines = _cells(text)
     first = lines[0][0] if lines else 0
     names: tuple[str, ...] = ()
     if lines and _number(lines[0][1][0]) is None:
@@ -44,6 +41,23 @@ def read(path: str | Path, most: int = MOST_ROWS) -> tuple[tuple[str, ...], np.n
             raise InputError(f"{path}: line {number} has {there}, line {first} has {width}")
     rows = [_row(path, number, cells) for number, cells in lines]
     return names, np.array(rows).reshape(len(rows), width)
+
+
+def _cells(text: str) -> list[tuple[int, list[str]]]:
+    """Numbers and cells of the lines that are not empty and no comments."""
+    full = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), 1)
+        if line.strip(" \t,;") and not line.lstrip().startswith("#")
+    ]
+    mark = next((mark for mark in ";," if any(mark in line for _, line in full)), " ")
+    before, after = {";": (",", "."), ",": (",", ","), " ": ("\t", " ")}[mark]
+    plain = (line.strip().replace(before, after) for _, line in full)
+    cells = csv.reader(plain, delimiter=mark, skipinitialspace=True)
+    return [
+        (number, [cell.strip() for cell in row if cell or mark != " "])
+        for (number, _), row in zip(full, cells, strict=False)
+    ]
 
 
 def columns(path: str | Path, names: tuple[str, ...], most: int) -> np.ndarray:

@@ -199,8 +199,11 @@ def test_the_steady_study_of_the_same_disks_stands_beside(tmp_path, capsys):
     mine, theirs = contents(path), contents(tmp_path / "steady.h5")
     np.testing.assert_array_equal(mine["samples/steady_peak_m"], theirs["samples/peak_amplitude_m"])
     np.testing.assert_array_equal(mine["samples/deviation"], theirs["samples/deviation"])
-    with open_result(path) as file:
+    with open_result(path, mode="r+") as file:
         found = list(summary.beside_steady(file))
+        assert "a steady study of other speeds" in [f.why for f in summary.findings(file)]
+        file.write({"steady_speed_hz": np.linspace(33, 35, len(file.read("steady_speed_hz")))}, ())
+        assert "a steady study of other speeds" not in [f.why for f in summary.findings(file)]
     assert [words for words, *_ in found] == ["4 Hz/s, up", "4 Hz/s, down"]
     for leg, beside in enumerate(found):
         ends = [

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.table import Table
 
-from hpcrub.config.run_up import rates
+from hpcrub.config.run_up import ends_of, rates
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.ranks import progress
@@ -273,6 +273,7 @@ def findings(file: ResultFile) -> Iterator[Finding]:
             f"half the time step changes the tuned disk's peaks by {100.0 * step:.2g} %: a smaller "
             "time.step_s, or more run_up.repeats where the motion is irregular",
         )  # fmt: skip
+    yield from _of_other_speeds(file)
     yield from _above_steady(file)
     yield from _at_the_ends(file)
     if config.run_up.repeats < 4:
@@ -284,6 +285,21 @@ def findings(file: ResultFile) -> Iterator[Finding]:
     yield from common.kinematics(config, _of_all(file, "peak_amplitude_m"))
     if config.pattern_deviation is None:
         yield from common.too_few_samples(config.convergence.percentiles, len(config.samples))
+
+
+def _of_other_speeds(file: ResultFile) -> Iterator[Finding]:
+    """Finding about a steady study whose range of speeds is another one than that of the runs."""
+    if "steady_speed_hz" not in file:
+        return
+    speeds, mine = file.read("steady_speed_hz"), sorted(ends_of(file.config))
+    ends = [speeds[0], speeds[-1]]
+    if not np.allclose(ends, mine, rtol=0.0, atol=np.ptp(speeds[:2]) + 1e-9):
+        peak = speeds[np.nan_to_num(file.read("tuned/steady_amplitude_m")).argmax()]
+        yield Finding(
+            REMARK if mine[0] <= peak <= mine[1] else SINGLE, "a steady study of other speeds",
+            f"runs from {mine[0]:g} to {mine[1]:g} Hz stand beside a steady study (sources) from "
+            f"{ends[0]:g} to {ends[1]:g} Hz, tuned peak at {peak:g} Hz: ratios are of these peaks",
+        )  # fmt: skip
 
 
 def _above_steady(file: ResultFile) -> Iterator[Finding]:
