@@ -63,7 +63,7 @@ def render(paths: Sequence[str]) -> str:
     compared = _figures(paths) if len(paths) > 1 else {"drawn": [], "failed": []}
     loader = jinja2.PackageLoader("hpcrub", "commands")
     pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-    title = f"{files[0]['study'].capitalize()} study: {files[0]['name']}"
+    title = f"{files[0]['study'].capitalize().replace('_', ' ')} study: {files[0]['name']}"
     return pages.get_template("report.html").render(
         title=title if len(files) == 1 else f"{len(files)} results compared",
         version=__version__,

@@ -211,6 +211,10 @@ class RunUp(Study):
         own = [n for n in names if n.startswith("samples/") and n not in derived]
         return [*own, "samples/status"]
 
+    def conclusion(self, file: ResultFile, usable: bool) -> list[str]:
+        """Peaks at every rate, and how often they exceed the limits."""
+        return [*summary.report(file), *summary.limit_lines(file)]
+
     def complete(self, run: Any, file: ResultFile) -> None:
         """Write the amplifications."""
         file.write({"samples/amplification": summary.amplifications(file)}, ())

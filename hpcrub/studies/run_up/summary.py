@@ -8,12 +8,14 @@ from rich.table import Table
 
 from hpcrub.config.run_up import ends_of, rates
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
 from hpcrub.contact import status
 from hpcrub.ranks import progress
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings as common
 from hpcrub.statistics.percentiles import finite, interval_in_words, with_interval
+from hpcrub.studies.contact.limits import limits_in_words
 
 STEP_ERROR = 0.05  # effect of half the time step on a peak from which on it is told
 GRAVITY = 9.81  # [m/s²]
@@ -71,11 +73,15 @@ def leg_names(file: ResultFile) -> list[str]:
 
 
 def report(file: ResultFile) -> Iterator[str]:
-    """One line: peaks of the tuned disk at every rate and leg."""
-    tuned, legs = 1e3 * of_tuned(file), leg_names(file)
-    for rate, peaks in zip(file.read("hz_per_s"), tuned, strict=True):
-        parts = ", ".join(f"{leg} {peak:.3g} mm" for leg, peak in zip(legs, peaks, strict=True))
-        yield f"tuned disk at {rate:g} Hz/s: {parts}{_steady_words(file)}"
+    """A line for each rate: peaks of the tuned disk, and the medians of the last level's disks."""
+    legs, sizes, tuned = leg_names(file), 1e3 * of_disks(file)[-1], 1e3 * of_tuned(file)
+    for k, rate in enumerate(file.read("hz_per_s")):
+        parts = ", ".join(f"{leg} {peak:.3g} mm" for leg, peak in zip(legs, tuned[k], strict=True))
+        text = f"tuned disk at {rate:g} Hz/s: {parts}{_steady_words(file)}"
+        if len(seen := sizes[np.isfinite(sizes[:, k]).all(axis=1), k]):
+            medians = ", ".join(f"{peak:.3g}" for peak in np.median(seen, axis=0))
+            text += f"; median of {counted(len(seen), 'mistuned disk')} {medians} mm"
+        yield text
 
 
 def _steady_words(file: ResultFile) -> str:
@@ -178,12 +184,13 @@ def limit_lines(file: ResultFile) -> Iterator[str]:
                         for group in ("tuned", "samples")])
         for name in ("seconds_above_s", "cycles_above")
     )  # fmt: skip
+    words = limits_in_words(file.config)
     for rate, hz_per_s in enumerate(file.read("hz_per_s")):
         whole = seconds[:, rate].sum(axis=-1), cycles[:, rate].sum(axis=-1)
         known = np.isfinite(whole[0])
         beyond = (whole[0][known] > 0.0).mean() if known.any() else np.nan
         yield (
-            f"{hz_per_s:g} Hz/s: {100.0 * beyond:.3g} % of all runs exceed a limit, for up to "
+            f"{hz_per_s:g} Hz/s: {100.0 * beyond:.3g} % of all runs exceed {words}, for up to "
             f"{np.nanmax(whole[0]):.3g} s and {np.nanmax(whole[1]):.0f} cycles"
         )
 
