@@ -23,7 +23,7 @@ from hpcrub.config.text import counted, key_table, lines_of, set_key, show
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.ranks.progress import say
-from hpcrub.results import model_file
+from hpcrub.results import model_file, ownership
 from hpcrub.results.layout import PENDING
 from hpcrub.studies import open_result, run_of
 
@@ -41,7 +41,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         raise InputError(f"{target} is no report, and is not replaced; choose another --output")
     page = render(options.files)
     try:
-        target.write_text(page, encoding="utf-8")
+        with ownership.replacing(target) as part:  # an empty file would be no report
+            part.write_text(page, encoding="utf-8")
     except OSError as error:
         raise HpcrubError(f"cannot write {target}: {error.strerror or error}") from None
     say(f"report:  {target}")
@@ -60,7 +61,7 @@ def render(paths: Sequence[str]) -> str:
     compared = _figures(paths) if len(paths) > 1 else {"drawn": [], "failed": []}
     loader = jinja2.PackageLoader("hpcrub", "commands")
     pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-    title = f"{files[0]['study'].capitalize()} study: {files[0]['name']}"
+    title = f"{files[0]['study'].capitalize().replace('_', ' ')} study: {files[0]['name']}"
     return pages.get_template("report.html").render(
         title=title if len(files) == 1 else f"{len(files)} results compared",
         version=__version__,

@@ -186,7 +186,7 @@ def name_and_unit(model: type[BaseModel], path: str) -> tuple[str, str]:
     """
     node = _leaves(model).get(re.sub(r"\[[0-9]+\]", "", path), {"description": path})
     words, _, unit = node["description"].partition(" [")
-    name = re.split("[;:(]", words)[0].strip()
+    name = re.split("[,;:(]", words)[0].strip()
     unit = unit.rstrip("]").replace("-", "")
     return name, f" {unit}" if unit else ""
 

@@ -66,7 +66,7 @@ def _draw_probability(axes: Axes, file: ResultFile) -> None:
         )  # fmt: skip
     axes.axhline(asked, label=f"asked: {percent(asked)} %", **DOTTED)
     axes.set(yscale="log", ylim=(foot, 1.2))
-    axes.set_ylabel(f"probability of exceeding {limits_in_words(file.config)}")
+    axes.set_ylabel(f"probability of exceeding\n{limits_in_words(file.config)}")
     axes.yaxis.set_major_formatter(lambda share, _: f"{100.0 * share:g} %")
 
 

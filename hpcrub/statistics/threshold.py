@@ -163,6 +163,12 @@ class Search(NamedTuple):
         certain = [int(value) for value in np.flatnonzero(sides)]
         return [(a, b) for a, b in pairwise(certain) if sides[a] != sides[b]]
 
+    def doubtful(self) -> np.ndarray:
+        """Values supposed on the other side than all certain ones; none at a crossing (any,)."""
+        sides = self.sides()
+        others = self.guesses() == -sides.sum().clip(BELOW, ABOVE)
+        return np.flatnonzero(others & (sides == UNKNOWN) & (not self.crossings()) & sides.any())
+
     def still_expected(self) -> np.ndarray:
         """Disks that are probably still computed at every value, those of `next_looks` too (V,)."""
         guess, n_values, first = self.guesses(), len(self.n_done), self._first
@@ -209,10 +215,13 @@ class Search(NamedTuple):
             if sides[safe] == UNKNOWN:
                 return {safe: min(self._grown(safe), self._needed(safe))}
             most = max(int(UNSAFE_SHARE * self.n_done[safe]), self._first)
+        step = np.sign(unsafe - safe) or len(sides)
         while 0 <= unsafe < len(sides) and sides[unsafe] == UNKNOWN and guess[unsafe] != BELOW:
+            if not 0 <= unsafe + step < len(sides):  # there is none further away
+                most = self.most
             if self.n_done[unsafe] < most:
                 return {unsafe: min(self._grown(unsafe), most)}
-            unsafe += np.sign(unsafe - safe) or len(sides)
+            unsafe += step
         return {}
 
     def _narrower(self) -> list[Look]:

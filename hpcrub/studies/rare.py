@@ -61,12 +61,12 @@ class Rare(Trials):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        yield from limit_problems(config)
         if goal_of(config) == Goal(None, None):
             yield (
                 "limits: a rare study ends by limits.probability_error or "
                 "limits.probability_below; give one of them"
             )
+        yield from limit_problems(config)
         if config.pattern_deviation is not None:
             yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
         yield from _samples_problems(config)

@@ -198,8 +198,12 @@ class Threshold(Trials):
         yield from _not_as_close_as_asked(file, search)
         yield from left_for_others(file)
         computed = np.arange(search.most) < search.n_done[:, None]
-        names = "peak_amplitude_m", "peak_status"
-        yield from findings.of_disks(file.config, *(file.read(name)[computed] for name in names))
+        sizes, states = file.read("peak_amplitude_m")[computed], file.read("peak_status")[computed]
+        # no answer hangs on how far disks move well beyond the limit
+        far = (search.sides() == ABOVE) & bool(search.crossings())
+        far &= ~np.isin(np.arange(len(far)), search.crossings())
+        sizes[np.repeat(far, search.n_done) & np.isfinite(sizes)] = 0.0
+        yield from findings.of_disks(file.config, sizes, states)
 
 
 def _not_as_close_as_asked(file: ResultFile, search: Search) -> Iterator[Finding]:
@@ -214,6 +218,10 @@ def _not_as_close_as_asked(file: ResultFile, search: Search) -> Iterator[Finding
         advice = f": about {max(needed):,} mistuning.samples would tell it" if needed else ""
         why = "what lies between is too close to the target to be told from it"
         yield Finding(SINGLE, words, f"{words}, as threshold.tolerance asks; {why}{advice}")
+    if (doubtful := search.doubtful()).size:
+        most = max(n_to_tell(asked.probability, p) for p in search.expected()[doubtful])
+        words = f"one side of {percent(asked.probability)} % is not certain anywhere"
+        yield Finding(SINGLE, words, f"{words}: about {most:,} mistuning.samples would tell it")
 
 
 def n_to_tell(target: float, chance: float) -> int:
@@ -312,10 +320,11 @@ def crossing_in_words(file: ResultFile) -> str:
         return f"{does} is not known yet to be above or below {target}; tried: {range_of}"
     certain = value[np.flatnonzero(side)]
     at = " and ".join(f"{v:g}" for v in dict.fromkeys(certain[[0, -1]]))
-    return (
-        f"{does} is {'below' if side.min() < 0 else 'above'} {target} at all values tried: "
-        f"{range_of}; at {at}{unit} with 99 % confidence"
-    )
+    is_ = f"{does} is {'below' if side.min() < 0 else 'above'} {target} at"
+    if (doubtful := value[search_of(file).doubtful()]).size:
+        where = ", ".join(f"{v:g}" for v in doubtful)
+        return f"{is_} {name} of {at}{unit} ({asked.key}), with 99 % confidence; not known: {where}"
+    return f"{is_} all values tried: {range_of}; at {at}{unit} with 99 % confidence"
 
 
 def other_crossings(file: ResultFile) -> Iterator[str]:

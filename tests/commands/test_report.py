@@ -1,9 +1,11 @@
 """`hpcrub report`: a page that stands alone and says what the result file says."""
 
+import errno
 import html
 import os
 import re
 import shutil
+from pathlib import Path
 
 import h5py
 import pytest
@@ -171,7 +173,12 @@ def test_what_is_not_complete_is_not_called_usable_and_what_has_failed_is_over(t
     assert "ot complete" not in render([str(tmp_path / "failed.h5")])
 
 
-def test_a_report_replaces_nothing_but_a_report(folder, capsys, undrawn):
+def no_space(path, *_, **__):
+    path.touch()
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_report_replaces_nothing_but_a_report(folder, capsys, undrawn, monkeypatch):
     """A report replaced a result, and reports of r_0.25 and r_0.50 had one name."""
     for name in ("r_0.25", "r_0.50", "result.html"):
         shutil.copy(folder / "linear.h5", folder / name)
@@ -184,6 +191,10 @@ def test_a_report_replaces_nothing_but_a_report(folder, capsys, undrawn):
     for name in ("c.h5", "pipe"):
         assert main(["report", str(folder / "linear.h5"), "--output", str(folder / name)]) == 2
     assert main(["report", str(folder / "result.html")]) == 0
+    with monkeypatch.context() as full:  # it left an empty file, which no report replaced
+        full.setattr(Path, "write_text", no_space)
+        assert main(["report", str(folder / "linear.h5"), "--output", str(folder / "r.html")]) == 1
+    assert not (folder / "r.html").exists()
     assert "is no report, and is not replaced" in capsys.readouterr().err
     assert (folder / "c.h5").read_bytes() == before
     open_result(folder / "result.html").close()

@@ -39,6 +39,24 @@ def test_a_profile_is_read_into_the_configuration(tmp_path):
     np.testing.assert_allclose(height, [5e-4, 2.5e-4, -1e-4], rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeffangle_deg;radius_change_mm\r\n0;-0,5\r\n90;1,5e-1\r\n",  # a spreadsheet in Europe
+        "angle_deg\tradius_change_mm\n0\t-0.5\n90\t0.15\n",
+        "# made, by hand;\n  angle_deg   radius_change_mm\n\n  0.0  -0.5 \n 90.0   0.15\n",
+        '"angle_deg","radius_change_mm"\n"0", "-0.5"\n90 ,0.15\n,,\n',
+    ],
+)
+def test_columns_are_separated_as_programs_do_it(tmp_path, text):
+    """Semicolons were refused as one column, and blanks as "is not a number"."""
+    path = tmp_path / "casing.csv"
+    path.write_bytes(text.encode())
+    names, values = texts.table(path)
+    assert names == ("angle_deg", "radius_change_mm")
+    np.testing.assert_array_equal(values, [[0.0, -0.5], [90.0, 0.15]])
+
+
 def test_a_profile_of_every_tenth_of_a_degree_can_be_kept(tmp_path):
     path = tmp_path / "casing.csv"
     angle = np.arange(3600) / 10 + 0.0123456789

@@ -66,6 +66,20 @@ def test_a_resonance_that_passes_between_coarse_values_is_found():
     assert found.n_done.sum() < 300
 
 
+def test_a_crossing_beside_the_end_of_the_range_is_made_certain():
+    """Only the first value is beyond the target, 35 % beside 20 %: twenty disks cannot tell it."""
+    middle = np.full(9, -0.5)
+    middle[0] = SCATTER * ndtri(0.35)
+    found = [searched(middle, 0.2, 400, seed) for seed in range(20)]
+    assert sum(search.crossings() == [(0, 1)] for search in found) >= 18
+    assert all(not search.doubtful().size for search in found if search.crossings())
+    middle[0] = SCATTER * ndtri(0.22)  # so close that 60 disks cannot tell it
+    found = [searched(middle, 0.2, 60, seed) for seed in range(20)]
+    undecided = [search for search in found if search.n_done[0] == 60 and not search.crossings()]
+    assert len(undecided) >= 10
+    assert all(search.doubtful().tolist() == [0] for search in undecided)
+
+
 @pytest.mark.parametrize("side", [BELOW, ABOVE])
 def test_where_nothing_crosses_one_value_speaks_for_all(side):
     """A hopeless range took all disks at five values: 5.3/P each."""

@@ -194,6 +194,12 @@ def test_what_has_no_probability_is_refused(folder, override, capsys):
     assert REFUSED[override] in refused_study(folder, STUDY, override, capsys)
 
 
+def test_a_goal_is_asked_for_before_anything_else():
+    """The levels were refused first, which nobody had given."""
+    first = next(iter(rare.STUDY.problems(Config.from_yaml("study: rare\n"))))
+    assert first.startswith("limits: a rare study ends by")
+
+
 def test_one_pattern_is_refused():
     pattern = STUDY.replace("half_range_percent: [4]", f"pattern: {list(range(12))}")
     config = Config.from_yaml(pattern)

@@ -189,6 +189,22 @@ def test_results_fit_each_other(study):
     np.testing.assert_array_equal(found["samples/amplification"], ratio)
 
 
+def test_the_answer_is_of_all_rates_and_of_mistuned_disks_and_has_the_limits(study):
+    """The box of a report had the tuned disk at the first rate alone, and "a limit"."""
+    _, path = study
+    mine = contents(path)
+    with open_result(path) as file:
+        lines = list(run_of(file.config).study.conclusion(file, True))
+    up, down = 1e3 * np.median(
+        np.median(mine["samples/peak_amplitude_m"][-1, :, 1], axis=1), axis=0
+    )
+    assert lines[1].startswith("tuned disk at 8 Hz/s: up ")
+    assert lines[1].endswith(f"; median of 2 mistuned disks {up:.3g}, {down:.3g} mm")
+    assert [line.partition(" %")[2][:32] for line in lines[2:]] == [
+        " of all runs exceed 20 mm, for u"
+    ] * 2
+
+
 def test_the_steady_study_of_the_same_disks_stands_beside(tmp_path, capsys):
     plain = STUDY.replace(RUNS.splitlines()[-1] + "\n", "")
     steady = TINY.replace("step_hz: 0.2", "step_hz: 0.4") + "limits: {amplitude_mm: 20}\n"
@@ -199,8 +215,11 @@ def test_the_steady_study_of_the_same_disks_stands_beside(tmp_path, capsys):
     mine, theirs = contents(path), contents(tmp_path / "steady.h5")
     np.testing.assert_array_equal(mine["samples/steady_peak_m"], theirs["samples/peak_amplitude_m"])
     np.testing.assert_array_equal(mine["samples/deviation"], theirs["samples/deviation"])
-    with open_result(path) as file:
+    with open_result(path, mode="r+") as file:
         beside = summary.beside_steady(file)
+        assert "a steady study of other speeds" in [f.why for f in summary.findings(file)]
+        file.write({"steady_speed_hz": np.linspace(33, 35, len(file.read("steady_speed_hz")))}, ())
+        assert "a steady study of other speeds" not in [f.why for f in summary.findings(file)]
     for leg in range(2):
         ends = [
             [disk.min() / steady, disk.max() / steady]

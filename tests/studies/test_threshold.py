@@ -18,11 +18,18 @@ from hpcrub.ranks.runlog import Work
 from hpcrub.results.verdict import SINGLE, USELESS
 from hpcrub.runs import cost, job
 from hpcrub.statistics.percentiles import probability_interval
-from hpcrub.statistics.threshold import Search
+from hpcrub.statistics.threshold import ABOVE, Search
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
-from hpcrub.studies.threshold import at_value, n_to_tell, values_of
+from hpcrub.studies.threshold import (
+    at_value,
+    crossing_in_words,
+    n_to_tell,
+    results,
+    search_of,
+    values_of,
+)
 from tests.program import TINY, computed, datasets, refusal, run_here
 from tests.studies.common import largest_amplitudes, refused_study
 
@@ -202,6 +209,37 @@ def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
         (lost,) = (f for f in THRESHOLD.findings(file) if "no result" in f.why)
     assert lost.why == f"{n[0]} of {n.sum()} disks have no result"
     assert lost.severity == USELESS
+
+
+def test_disks_that_move_far_are_no_doubt_where_they_are_far_beyond_the_limit(brute):
+    """The verdict was "not usable" by 101 mm at values far from the answer, whose limit is 30."""
+    folder, *_ = brute
+    shutil.copy(folder / "one.h5", folder / "far.h5")
+    with open_result(folder / "far.h5", mode="r+") as file:
+        values, crossing, side = map(file.read, ("value", "crossing", "side"))
+        far = np.flatnonzero((side == ABOVE) & ~np.isin(values, crossing))[0]
+        for value, is_told in ((far, False), (np.flatnonzero(values == crossing[0])[0], True)):
+            file.write({"peak_amplitude_m": np.array(0.3)}, (value, 0))
+            whys = [found.why for found in THRESHOLD.findings(file)]
+            assert any("outside small displacements" in why for why in whys) == is_told
+
+
+def test_a_value_that_cannot_be_told_is_not_said_to_be_below(brute):
+    """All values were called below 20 %, though of 20 disks at one of them 5 were beyond."""
+    folder, *_ = brute
+    shutil.copy(folder / "one.h5", folder / "open.h5")
+    with open_result(folder / "open.h5", mode="r+") as file:
+        values, n = file.read("value"), file.read("n_disks")
+        n[file.read("side") == ABOVE] = 0
+        n[0] = 20  # 9 of them beyond the limit, beside a target of 40 %
+        size = np.where(np.arange(N) < 9, 1.0, 1e-3)
+        file.write({"n_disks": n}, ())
+        file.write({"peak_amplitude_m": size}, 0)
+        file.write(results(file.config, search_of(file)), ())
+        line, found = crossing_in_words(file), [f.why for f in THRESHOLD.findings(file)]
+    assert "at all values" not in line
+    assert f"with 99 % confidence; not known: {values[0]:g}" in line
+    assert "one side of 40 % is not certain anywhere" in found
 
 
 def test_a_tolerance_that_was_not_reached_is_told_with_what_would_reach_it(brute):

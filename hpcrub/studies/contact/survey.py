@@ -104,5 +104,6 @@ def unstable_peak(file: ResultFile) -> float:
     if "tuned/symmetric_peak_m" not in file or not runs.size:
         return np.nan
     equal = float(file.read("tuned/symmetric_peak_m"))
-    off = abs(equal / file.read("tuned/reference_amplitude_m") - 1.0)
-    return equal if off > NEAR and not runs.min() <= equal <= runs.max() else np.nan
+    reference = float(file.read("tuned/reference_amplitude_m"))  # 0 where nothing touches
+    off = abs(equal - reference)
+    return equal if off > NEAR * reference and not runs.min() <= equal <= runs.max() else np.nan

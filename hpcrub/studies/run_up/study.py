@@ -202,6 +202,10 @@ class RunUp(Study):
         """Whether the tuned disk is complete."""
         return not (file.read("tuned/run_status") == PENDING).any()
 
+    def conclusion(self, file: ResultFile, usable: bool) -> list[str]:
+        """Peaks at every rate, and how often they exceed the limits."""
+        return [*summary.report(file), *summary.limit_lines(file)]
+
     def complete(self, run: Any, file: ResultFile) -> None:
         """Write the amplifications."""
         file.write({"samples/amplification": summary.amplifications(file)}, ())

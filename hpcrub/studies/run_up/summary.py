@@ -6,14 +6,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.table import Table
 
-from hpcrub.config.run_up import rates
+from hpcrub.config.run_up import ends_of, rates
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
 from hpcrub.contact import status
 from hpcrub.ranks import progress
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings as common
 from hpcrub.statistics.percentiles import finite, interval_in_words, with_interval
+from hpcrub.studies.contact.limits import limits_in_words
 
 STEP_ERROR = 0.05  # effect of half the time step on a peak from which on it is told
 GRAVITY = 9.81  # [m/s²]
@@ -71,11 +73,15 @@ def leg_names(file: ResultFile) -> list[str]:
 
 
 def report(file: ResultFile) -> Iterator[str]:
-    """One line: peaks of the tuned disk at every rate and leg."""
-    tuned, legs = 1e3 * of_tuned(file), leg_names(file)
-    for rate, peaks in zip(file.read("hz_per_s"), tuned, strict=True):
-        parts = ", ".join(f"{leg} {peak:.3g} mm" for leg, peak in zip(legs, peaks, strict=True))
-        yield f"tuned disk at {rate:g} Hz/s: {parts}{_steady_words(file)}"
+    """A line for each rate: peaks of the tuned disk, and the medians of the last level's disks."""
+    legs, sizes, tuned = leg_names(file), 1e3 * of_disks(file)[-1], 1e3 * of_tuned(file)
+    for k, rate in enumerate(file.read("hz_per_s")):
+        parts = ", ".join(f"{leg} {peak:.3g} mm" for leg, peak in zip(legs, tuned[k], strict=True))
+        text = f"tuned disk at {rate:g} Hz/s: {parts}{_steady_words(file)}"
+        if len(seen := sizes[np.isfinite(sizes[:, k]).all(axis=1), k]):
+            medians = ", ".join(f"{peak:.3g}" for peak in np.median(seen, axis=0))
+            text += f"; median of {counted(len(seen), 'mistuned disk')} {medians} mm"
+        yield text
 
 
 def _steady_words(file: ResultFile) -> str:
@@ -87,16 +93,16 @@ def _steady_words(file: ResultFile) -> str:
 def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     """Tables of all runs and of the percentiles of all disks, and a line about chance."""
     yield from run_tables(file)
+    yield from limit_lines(file)
     if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
         yield percentile_table(file)
     yield chance_line(file)
 
 
 def run_tables(file: ResultFile) -> Iterator[Table]:
-    """Tables with a row for each rate and leg: sizes, time beyond limits, beside a steady study."""
+    """Tables with a row for each rate and leg: sizes, and the disks beside a steady study."""
     for title, columns in (
         (f"Tuned disk, and most of all disks{_steady_words(file)}", _sizes(file)),
-        ("Runs of all disks beyond a limit", _beyond(file)),
         ("Mistuned disks, all repetitions, over their steady peaks", _beside(file)),
     ):
         if not columns:
@@ -123,24 +129,6 @@ def _sizes(file: ResultFile) -> dict[str, np.ndarray]:
         most = factor * np.fmax.reduce(of_disks(file, name), axis=(0, 1))
         columns[f"{what}\nmost [{unit}]"] = most
     return columns
-
-
-def _beyond(file: ResultFile) -> dict[str, np.ndarray]:
-    """Share of runs beyond a limit, and how long they are, likewise; nothing without limits."""
-    limits = file.config.limits
-    if limits.amplitude_mm is None and limits.stress is None:
-        return {}
-    seconds, cycles = (
-        np.concatenate([file.read(f"{group}/{name}").reshape(-1, *file.shape(f"tuned/{name}"))
-                        for group in ("tuned", "samples")]).swapaxes(1, 2)
-        for name in ("seconds_above_s", "cycles_above")
-    )  # fmt: skip
-    beyond = np.ma.masked_invalid(seconds) > 0.0  # without runs that have no result
-    return {
-        "share [%]": 100.0 * np.ma.filled(beyond.mean(axis=(0, 1)), np.nan),
-        "longest [s]": np.fmax.reduce(seconds, axis=(0, 1)),
-        "most cycles": np.fmax.reduce(cycles, axis=(0, 1)),
-    }
 
 
 def _beside(file: ResultFile) -> dict[str, np.ndarray]:
@@ -217,6 +205,27 @@ def beside_steady(file: ResultFile) -> Beside | None:
     )
 
 
+def limit_lines(file: ResultFile) -> Iterator[str]:
+    """Time and cycles above the limits, the most of all disks and repetitions."""
+    limits = file.config.limits
+    if limits.amplitude_mm is None and limits.stress is None:
+        return
+    seconds, cycles = (
+        np.concatenate([file.read(f"{group}/{name}").reshape(-1, *file.shape(f"tuned/{name}"))
+                        for group in ("tuned", "samples")])
+        for name in ("seconds_above_s", "cycles_above")
+    )  # fmt: skip
+    words = limits_in_words(file.config)
+    for rate, hz_per_s in enumerate(file.read("hz_per_s")):
+        whole = seconds[:, rate].sum(axis=-1), cycles[:, rate].sum(axis=-1)
+        known = np.isfinite(whole[0])
+        beyond = (whole[0][known] > 0.0).mean() if known.any() else np.nan
+        yield (
+            f"{hz_per_s:g} Hz/s: {100.0 * beyond:.3g} % of all runs exceed {words}, for up to "
+            f"{np.nanmax(whole[0]):.3g} s and {np.nanmax(whole[1]):.0f} cycles"
+        )
+
+
 def chance_line(file: ResultFile) -> str:
     """What the repetitions scatter, and how far a peak is known."""
     spread = []
@@ -276,6 +285,7 @@ def findings(file: ResultFile) -> Iterator[Finding]:
             f"half the time step changes the tuned disk's peaks by {100.0 * step:.2g} %: a smaller "
             "time.step_s, or more run_up.repeats where the motion is irregular",
         )  # fmt: skip
+    yield from _of_other_speeds(file)
     yield from _above_steady(file)
     yield from _at_the_ends(file)
     if config.run_up.repeats < 4:
@@ -287,6 +297,21 @@ def findings(file: ResultFile) -> Iterator[Finding]:
     yield from common.kinematics(config, _of_all(file, "peak_amplitude_m"))
     if config.pattern_deviation is None:
         yield from common.too_few_samples(config.convergence.percentiles, len(config.samples))
+
+
+def _of_other_speeds(file: ResultFile) -> Iterator[Finding]:
+    """Finding about a steady study whose range of speeds is another one than that of the runs."""
+    if "steady_speed_hz" not in file:
+        return
+    speeds, mine = file.read("steady_speed_hz"), sorted(ends_of(file.config))
+    ends = [speeds[0], speeds[-1]]
+    if not np.allclose(ends, mine, rtol=0.0, atol=np.ptp(speeds[:2]) + 1e-9):
+        peak = speeds[np.nan_to_num(file.read("tuned/steady_amplitude_m")).argmax()]
+        yield Finding(
+            REMARK if mine[0] <= peak <= mine[1] else SINGLE, "a steady study of other speeds",
+            f"runs from {mine[0]:g} to {mine[1]:g} Hz stand beside a steady study (sources) from "
+            f"{ends[0]:g} to {ends[1]:g} Hz, tuned peak at {peak:g} Hz: ratios are of these peaks",
+        )  # fmt: skip
 
 
 def _above_steady(file: ResultFile) -> Iterator[Finding]:

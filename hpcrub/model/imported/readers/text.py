@@ -74,7 +74,7 @@ def _rows(path: Any, most: int) -> tuple[tuple[str, ...], list[tuple[int, list[f
     lines = [
         (number, line.rstrip(",; \t"))
         for number, line in enumerate(content(path).splitlines(), 1)
-        if line.strip() and line.lstrip()[0] not in "#*"
+        if line.strip(",; \t") and line.lstrip()[0] not in "#*"
     ]
     if len(lines) > most + 1:  # one may have the names
         raise InputError(f"{path}: more than {most:,} rows, the most that are allowed here")
