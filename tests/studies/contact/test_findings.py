@@ -242,20 +242,6 @@ def test_the_one_disk_of_a_pattern_has_no_probability(peak, status, does):
     assert depths == [f"{cuts} the coating"] * (status == DONE)
 
 
-def test_the_table_of_a_pattern_on_a_coating_has_the_amplitudes_of_the_other_lines():
-    """It had those of the last window: 84 mm beside a tuned peak of 123 mm."""
-    tuned, own, factor = np.array([[0.12, 0.1, 0.11], [0.09, 0.1, 0.08], [0.1, 0.2, 0.3]])
-    found = File(
-        f"{PHYSICS}{PATTERN}contact: {{law: abradable}}\n", speeds_hz=np.array([34.0, 34.2, 34.4]),
-        tuned__largest_amplitude_m=tuned, tuned__amplitude_m=0.5 * tuned[::-1],
-        samples__largest_amplitude_m=own[None, None], samples__amplitude_m=0.5 * own[None, None],
-        tuned__localisation=factor, samples__localisation=factor[None, None],
-    )  # fmt: skip
-    rows = [list(column.cells) for column in summary.pattern_table(found).columns[1:]]
-    assert rows == [["120.0", "100.0", "80.0"], ["34.00", "34.20", "34.40"],
-                    ["10.0", "20.0", "30.0"]]  # fmt: skip
-
-
 def test_a_stress_by_a_factor_says_on_what_it_rests(file):
     """20 to 30 mm at ±2 %, 30 to 50 mm at ±4 %, by 40 MPa/mm; half of 2,400 MPa is left."""
     keys = {"limits.stress_mpa": 2400.0, "limits.stress_mpa_per_mm": 40.0}
