@@ -61,7 +61,7 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
     assert found.points.sum() == 12
     assert found.error == pytest.approx(0.05)
     assert found.largest == pytest.approx(0.05)
-    whole = findings.verdict(file, found)
+    whole = findings.verdict(file)
     verdict, *advice = whole.lines
     assert verdict.startswith("not usable: ")
     assert not whole.usable
