@@ -3,7 +3,6 @@
 The same disks are drawn at every value; `statistics.threshold` tells which ones to compute.
 """
 
-import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -49,7 +48,6 @@ NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
     *(f"mistuning.{name}" for name in ("seed", "samples", "tuned_runs", "checked_samples")),
 )
-NUMBERS_IN_TEXT = re.compile(r"\d[\d., ]*(e[-+]?\d+)?")  # in a warning
 _V = ("value",)
 LAYOUT = (
     Dataset("value", _V, "1", "values of the key, in its own unit"),
@@ -111,21 +109,17 @@ class Threshold(Trials):
         yield from (f"threshold.key: {line}" for line in lines[-1:])
 
     def warnings(self, config: Config, prepared: Any) -> Iterator[str]:
-        """Warnings at both ends of the range; the lower end's where they differ in numbers only.
+        """Warnings at both ends of the range, once where they are alike.
 
         The input's own value of the key, of which `prepared` is, is not computed.
         """
-        key, found = config.threshold.key, dict[str, list[tuple[float, str]]]()
+        found = dict[str, list[float]]()
         for value in map(float, values_of(config)[[0, -1]]):
             here = at_value(config, value)
             for line in super().warnings(here, build_problem(here)):
-                found.setdefault(NUMBERS_IN_TEXT.sub("#", line), []).append((value, line))
-        for (value, line), *others in found.values():
-            if (line,) == tuple(other for _, other in others):
-                yield line
-            else:
-                also = "".join(f"; also at {other:g}" for other, _ in others)
-                yield f"{line} (at {key} = {value:g}{also})"
+                found.setdefault(line, []).append(value)
+        for line, at in found.items():
+            yield f"{line} (at {config.threshold.key} = {at[0]:g})" if len(at) == 1 else line
 
     def needs(self, config: Config) -> str:
         """Number of values, and of disks that the search is expected to need, in words."""

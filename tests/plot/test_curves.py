@@ -64,6 +64,8 @@ def test_summary_of_measured_disks_has_a_row_for_each(random):
     assert_drawn(left, *((speeds, 1e3 * file.read("samples/amplitude_m", (0, i))) for i in (0, 1)))
     steady, averaged = measured.disks(file)
     np.testing.assert_allclose(steady.interval, contact[0])  # no scatter, and one reference
+    local = file.read("samples/localisation", 0)
+    assert [steady.localisation, averaged.localisation] == [local[0, 0], local[1, 2]]
     part = 1.96 * 1e-4 / file.read("samples/peak_amplitude_m", (0, 1))
     np.testing.assert_allclose(averaged.interval, contact[1] * (1 + part * np.array([-1, 1])), 1e-4)
 

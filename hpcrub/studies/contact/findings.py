@@ -37,9 +37,9 @@ FOLLOWED = (
 )
 
 
-def verdict(file: ResultFile, found: survey.Survey | None = None) -> Verdict:
-    """Verdict on a study; found: Survey of the file, if there is one."""
-    every = _findings(file, found or survey.survey(file))
+def verdict(file: ResultFile) -> Verdict:
+    """Verdict on a study."""
+    every = _findings(file, survey.survey(file))
     return Verdict.of(every, of_many=len(file.config.samples) > 1)
 
 

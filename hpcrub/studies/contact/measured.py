@@ -1,4 +1,4 @@
-"""Measured disks, with a line for each of them: percentiles of a few disks say nothing."""
+"""Measured disks and explicit patterns, a line each: percentiles of a few disks say nothing."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -28,6 +28,7 @@ class Disk(NamedTuple):
     linear: float  # linear amplification [-]
     peak: float  # largest amplitude [m]
     speed_hz: float  # speed of the peak
+    localisation: float  # factor at the peak [-]
     not_steady: float  # share of the points that are not steady
     diverged: float  # share of the points that have diverged
 
@@ -44,7 +45,7 @@ def disks(file: ResultFile) -> Iterator[Disk]:
     for i in np.flatnonzero(status == DONE):
         where = 0, int(i)
         value, linear, peak, speed = (float(file.read(f"samples/{n}", where)) for n in NAMES)
-        states = file.read("samples/point_status", where)
+        states, local = (file.read(f"samples/{n}", where) for n in ("point_status", "localisation"))
         best = int(np.argmin(np.abs(file.read("speeds_hz") - speed)))
         known = states[best] == AVERAGED and amplitude(file.config) == STEADY
         error = float(file.read("samples/amplitude_error_m", where)[best]) if known else 0.0
@@ -52,14 +53,14 @@ def disks(file: ResultFile) -> Iterator[Disk]:
         interval = np.array(widened(middle, middle - reach, middle + reach, shared))
         shares = (float(np.mean(states == s)) for s in (NOT_STEADY, DIVERGED))
         number = file.config.samples[i] + 1
-        yield Disk(number, where, value, interval, linear, peak, speed, *shares)
+        yield Disk(number, where, value, interval, linear, peak, speed, float(local[best]), *shares)
 
 
 def table(file: ResultFile) -> Table:
     """A row for each disk."""
     rows = progress.table(
-        f"Measured disks, {100 * confidence(Z_95):.4g} % intervals",
-        ("disk", "A_nl", "interval", "A_lin", "[mm]", "[Hz]", "not\nsteady", "diverged"),
+        f"Single disks, {100 * confidence(Z_95):.4g} % intervals, localisation at the peak",
+        ("disk", "A_nl", "interval", "A_lin", "[mm]", "[Hz]", "LF", "not\nsteady", "diverged"),
     )
     for disk in disks(file):
         rows.add_row(
@@ -69,6 +70,7 @@ def table(file: ResultFile) -> Table:
             f"{disk.linear:.3f}",
             f"{1e3 * disk.peak:.2f}",
             f"{disk.speed_hz:.2f}",
+            f"{100 * disk.localisation:.1f} %",
             f"{100 * disk.not_steady:.0f} %",
             f"{100 * disk.diverged:.0f} %",
         )

@@ -169,8 +169,6 @@ class MonteCarlo(Job):
     def _compute(self, task: Any, poll: Any) -> Any:
         """Write whole samples and return their Outcomes; of a part of one return the Integrated."""
         responses = self._responses(task, poll)
-        if task.response:
-            responses = iter([(task.places[0], task.response, None)])
         if task.n_parts > 1:
             return next(responses)[1]
         return [(place, self._finish(place, *found)) for place, *found in responses]
@@ -245,9 +243,17 @@ class MonteCarlo(Job):
     # rank 0
 
     def _collect(self, task: Any, result: Any) -> Any:
-        """Record a finished task; returns whether no further task is needed."""
+        """Record a finished task; returns whether no further task is needed.
+
+        After the last part of a sample, the whole is written here.
+        """
         if task.n_parts > 1:
-            return self._collect_part(task, result)
+            parts = self.parts.setdefault(task.places, {})
+            parts[task.part] = result
+            if len(parts) < task.n_parts:
+                return False
+            whole = amplification.join(self.parts.pop(task.places))
+            result = [(task.places[0], self._finish(task.places[0], whole, None))]
         for where, outcome in result:
             self.work += outcome.work
             self.status[where] = outcome.status
@@ -256,15 +262,6 @@ class MonteCarlo(Job):
                 self.numbers[:, *where] = outcome.numbers
             self.progress.sample(*where, outcome, self.numbers[0])
         return self._is_enough()
-
-    def _collect_part(self, task: Any, response: Any) -> None:
-        """Record a part of a sample; after the last part, queue the sample for a rank to write."""
-        parts = self.parts.setdefault(task.places, {})
-        parts[task.part] = response
-        if len(parts) == task.n_parts:
-            del self.parts[task.places]
-            whole = task._replace(part=0, n_parts=1, response=amplification.join(parts))
-            self.tasks.urgent.appendleft(whole)
 
     # statistics
 

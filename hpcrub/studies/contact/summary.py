@@ -18,7 +18,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, interval_in_words, with_interval
 from hpcrub.studies.contact import limits, measured, survey
 from hpcrub.studies.contact.file import is_untouched
-from hpcrub.studies.contact.layout import AMPLIFICATION, AMPLITUDES, amplitude, kinds
+from hpcrub.studies.contact.layout import AMPLIFICATION, kinds
 
 # factor, unit and digits in tables, by the unit in the file
 SHOWN = {"1": (1.0, "", ".3f"), "m": (1e3, "mm", ".4g"), "Pa": (1e-6, "MPa", ".4g")}
@@ -32,9 +32,7 @@ def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     if is_untouched(file):
         return
     counts = survey.survey(file)
-    if file.config.pattern_deviation is not None:
-        yield pattern_table(file)
-    elif measured.are_few(file):
+    if file.config.pattern_deviation is not None or measured.are_few(file):
         yield measured.table(file)
     else:
         yield level_table(file, counts)
@@ -113,27 +111,3 @@ def point_lines(found: survey.Survey) -> Iterator[str]:
     """Numbers of points by the reason why they have no result, and sweeps of the force solver."""
     yield from point_status.lines(found.reasons, found.n_points)
     yield f"contact forces: at most {found.sweeps} sweeps of the solver in a step"
-
-
-def pattern_table(file: ResultFile) -> Table:
-    """Largest amplitude and localisation of the tuned disk and of an explicit pattern.
-
-    The amplitude is that of the study, on a coating the largest at any time; the localisation is
-    that of the end.
-    """
-    size_of = amplitude(file.config)
-    title = f"{AMPLITUDES[size_of].capitalize()}, speed, localisation factor"
-    table = progress.table(title, ("", "[mm]", "[Hz]", "LF [%]"))
-    table.columns[0].justify = "left"
-    speeds = file.read("speeds_hz")
-    for name, group, where, by in (
-        ("tuned, largest amplitude", "tuned", (), size_of),
-        ("pattern, largest amplitude", "samples", (0, 0), size_of),
-        ("pattern, largest localisation", "samples", (0, 0), "localisation"),
-    ):
-        values = {key: file.read(f"{group}/{key}", where) for key in (size_of, "localisation")}
-        if np.isfinite(values[by]).any():
-            best = np.nanargmax(values[by])
-            size, localisation = 1e3 * values[size_of][best], 100 * values["localisation"][best]
-            table.add_row(name, f"{size:.1f}", f"{speeds[best]:.2f}", f"{localisation:.1f}")
-    return table

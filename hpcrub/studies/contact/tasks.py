@@ -19,15 +19,11 @@ class TunedPart(NamedTuple):
 
 
 class SamplePart(NamedTuple):
-    """Every n_parts-th speed of one sample, or all speeds of several samples together.
-
-    When all parts of a sample are computed, one rank gets the whole `response` and writes it.
-    """
+    """Every n_parts-th speed of one sample, or all speeds of several samples together."""
 
     places: tuple[tuple[int, int], ...]  # level and number of each sample
     part: int = 0
     n_parts: int = 1
-    response: tuple | None = None
 
 
 def most_parts(n_speeds: int) -> int:

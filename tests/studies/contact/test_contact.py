@@ -146,7 +146,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
 def said(file):
     found = survey.survey(file)
     tables = cells(level_table(file, found)), cells(interval_table(file, [AMPLIFICATION, LINEAR]))
-    return [*tables, *point_lines(found), *findings.verdict(file, found).lines, *STUDY.report(file)]
+    return [*tables, *point_lines(found), *findings.verdict(file).lines, *STUDY.report(file)]
 
 
 @pytest.mark.parametrize(("criterion", "n"), [("standard_error", 3), ("interval", 6)])

@@ -61,7 +61,7 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
     assert found.points.sum() == 12
     assert found.error == pytest.approx(0.05)
     assert found.largest == pytest.approx(0.05)
-    whole = findings.verdict(file, found)
+    whole = findings.verdict(file)
     verdict, *advice = whole.lines
     assert verdict.startswith("not usable: ")
     assert not whole.usable
@@ -240,20 +240,6 @@ def test_the_one_disk_of_a_pattern_has_no_probability(peak, status, does):
     depths = list(WEAR.lines(found, 0))[1:]
     cuts = "the disk of the pattern: cut 2 mm deep at the median, 2 mm at most; 0 of 1 cut through"
     assert depths == [f"{cuts} the coating"] * (status == DONE)
-
-
-def test_the_table_of_a_pattern_on_a_coating_has_the_amplitudes_of_the_other_lines():
-    """It had those of the last window: 84 mm beside a tuned peak of 123 mm."""
-    tuned, own, factor = np.array([[0.12, 0.1, 0.11], [0.09, 0.1, 0.08], [0.1, 0.2, 0.3]])
-    found = File(
-        f"{PHYSICS}{PATTERN}contact: {{law: abradable}}\n", speeds_hz=np.array([34.0, 34.2, 34.4]),
-        tuned__largest_amplitude_m=tuned, tuned__amplitude_m=0.5 * tuned[::-1],
-        samples__largest_amplitude_m=own[None, None], samples__amplitude_m=0.5 * own[None, None],
-        tuned__localisation=factor, samples__localisation=factor[None, None],
-    )  # fmt: skip
-    rows = [list(column.cells) for column in summary.pattern_table(found).columns[1:]]
-    assert rows == [["120.0", "100.0", "80.0"], ["34.00", "34.20", "34.40"],
-                    ["10.0", "20.0", "30.0"]]  # fmt: skip
 
 
 def test_a_stress_by_a_factor_says_on_what_it_rests(file):
