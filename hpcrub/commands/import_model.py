@@ -308,16 +308,16 @@ def _of_tips(model: Any, options: Any) -> str:
 
 def _between_speeds(model: Any) -> Iterator[str]:
     """Warn of matrices of three speeds that cannot be right, or are wrong between them."""
-    found = cyclic.between_speeds(model, 2 * np.pi * model.speeds)
-    error = 100 * found.error
+    error, rises = cyclic.between_speeds(model, 2 * np.pi * model.speeds)
+    error *= 100
     if abs(error) > BETWEEN:
         yield (
             f"warning: between the speeds of --stiffness the first frequency is off by {error:+.2g}"
             " %: blades turn by too much from one to the next; take the matrices of one speed alone"
         )
-    if not RISES[0] <= found.rises.min() <= found.rises.max() <= RISES[1]:
+    if not RISES[0] <= rises.min() <= rises.max() <= RISES[1]:
         low, middle, high = np.sort(model.speeds)
-        first, second = found.rises
+        first, second = rises
         yield (
             f"warning: the first frequency's square rises by {first:.2g} of that of the speed from "
             f"{low:g} to {middle:g} Hz and by {second:.2g} from {middle:g} to {high:g} Hz; "

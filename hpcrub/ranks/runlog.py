@@ -24,7 +24,7 @@ REASONS = {0: "done", 2: "wrong input", Interrupted.exit_code: "stopped"}
 class Work(NamedTuple):
     """Work of all ranks together in one run."""
 
-    n_done: int = 0  # samples or tasks
+    n_done: int = 0  # samples, or other parts of a study
     n_steps: int = 0  # time steps of all speeds; 0 where they are not counted
     seconds: float = 0.0  # [s] in which ranks were busy, summed over the ranks
     writing: float = 0.0  # [s] of these, for writing samples; lay-out and statistics are phases

@@ -11,8 +11,8 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
 from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding
-from hpcrub.setup import second_order
 from hpcrub.setup.aero import curve_of
+from hpcrub.setup.problem import second_order_size
 from hpcrub.statistics.percentiles import Z_95, confidence
 
 # first words of warnings of `setup.plausibility` that a verdict repeats
@@ -42,7 +42,7 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
             "linear model of the blades can describe: more clearance, damping or a lower casing",
         )
         return
-    reach, size = config.casing.outline.highest - config.clearance, second_order.size_of(config)
+    reach, size = config.casing.outline.highest - config.clearance, second_order_size(config)
     if config.contact.bends:
         yield from _third_order(largest, size)
         return

@@ -16,12 +16,13 @@ from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.disk import build_disk
 from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import ReducedModel, craig_bampton
+from hpcrub.model.second_order_planar import planar_second_order
 from hpcrub.model.tuned_basis import TunedBasis, tuned_basis
 from hpcrub.response.revolution import speed_bands
 from hpcrub.response.run_up import LANES as REPEATS
 from hpcrub.response.scene import RECORD_INTERVAL, Scene, enough
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.setup import imported, second_order
+from hpcrub.setup import imported
 from hpcrub.setup.aero import in_air
 from hpcrub.setup.casing import casing_modes_of
 from hpcrub.setup.laws import law_of
@@ -90,7 +91,7 @@ def build_problem(config: Config) -> Problem:
     reduced = model.reduced
     # samples do not need the basis of the full model, which would be sent to all ranks
     no_basis = np.zeros((0, len(reduced.mass)))
-    interface = interface_of(config, second_order.interface_of(config, model))
+    interface = interface_of(config, model)
     reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config), interface=interface)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     stiffest = _stiffest(config)
@@ -134,8 +135,24 @@ def _basis(reduced: ReducedModel, reference: float) -> TunedBasis | None:
     return basis if Cyclic.cost(basis.modes) < DEARER * Dense.cost(basis.modes) else None
 
 
-def interface_of(config: Config, interface: Interface) -> Interface:
-    """Interface of a disk with the clearances and the strength of a configuration."""
+def interface_of(config: Config, model: Model) -> Interface:
+    """Interface of a disk with second order, clearances and strength of a configuration.
+
+    Raises InputError for a model file that does not know the second order that is asked for.
+    """
+    interface = model.reduced.interface
+    if not config.contact.bends:
+        interface = interface._replace(second_order=None)
+    elif config.disk.model is None:
+        second = planar_second_order(model.disk, model.reduced.basis, config.disk, config.material)
+        # directions turn as in three dimensions, so that the law is that of such disks
+        axial = np.zeros_like(interface.normal)
+        interface = interface._replace(second_order=second, axial=axial)
+    elif interface.second_order is None:
+        raise InputError(
+            f"contact.kinematics: {config.disk.model} does not hold the second order of its "
+            "blades; import it with --second-order, or leave displacements small"
+        )
     own = np.array(config.casing.blade_clearance_mm or [0.0] * interface.n_blades) / 1000
     interface = interface._replace(clearance=interface.clearance + own[interface.blade])
     strength, static = config.limits.strength_mpa, interface.stress_static
@@ -144,6 +161,15 @@ def interface_of(config: Config, interface: Interface) -> Interface:
     # stresses are raised for the tension of rotation (Goodman); compression is no margin
     left = 1.0 - np.maximum(static, 0.0) / (1e6 * strength)
     return interface._replace(stress=interface.stress / left[:, None])
+
+
+def second_order_size(config: Config) -> tuple[float, ...] | None:
+    """Shift and bend of `model.second_order.size_of` [1/m]; None: the model file tells none."""
+    if config.disk.model is not None:
+        return config.disk.second_order_per_m
+    disk = build_disk(config.disk, config.material)
+    whole = np.eye(len(disk.mass))
+    return planar_second_order(disk, whole, config.disk, config.material).size
 
 
 def scene_of(config: Config, interface: Interface | None = None) -> Scene:

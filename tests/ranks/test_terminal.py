@@ -228,6 +228,19 @@ def test_without_mpi4py_one_rank_works_and_a_launcher_is_an_error(tiny, monkeypa
     assert run_here(tiny, folder=tiny.parent) == 0
 
 
+def test_the_time_left_is_told_where_a_task_has_several_parts(capsys):
+    """Linear disks of a pattern are computed 32 together: 32 times too much was told."""
+    run = studies.run_of(Config(study="patterns"))
+    job = Job(run, Team(), None, None, progress.Progress(run.config))
+    job.status, job.expected = np.zeros((5, 96), dtype=np.uint8), 320
+    job.begin()
+    job.progress.began -= 100.0
+    job.progress.shown -= 100.0
+    job._collect([(0, slice(0, 32))], 100.0)
+    told = "disks: 32 of about 320 (at most 480), about 15 min left\n"
+    assert capsys.readouterr().out == told
+
+
 def test_a_value_of_thousands_of_characters_is_not_echoed(capsys):
     def wrong():
         raise InputError(f"casing.n_bmps{5000 * 'x'}: unknown key; did you mean casing.n_bumps?")

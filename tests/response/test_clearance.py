@@ -11,7 +11,7 @@ from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.input_files import with_tables
-from hpcrub.setup.problem import interface_of, scene_of
+from hpcrub.setup.problem import Model, interface_of, scene_of
 from tests.program import at_speed
 
 SPEEDS = np.array([33.9, 34.4, 34.9])
@@ -84,5 +84,5 @@ def test_what_an_input_says_reaches_the_scene(tmp_path):
     assert abs(scene.clearance - 0.28e-3) < 1e-18  # the smallest, at 35.5 Hz
     two = reduced.interface._replace(blade=np.arange(12) // 2, clearance=np.full(12, 1e-5))
     few = Config(disk={"n_blades": 6}, casing={"blade_clearance_mm": [0, 0, 0, 0, 0, 0.1]})
-    own = interface_of(few, two).clearance
+    own = interface_of(few, Model(None, reduced._replace(interface=two))).clearance
     assert np.allclose(own, [1e-5] * 10 + [1.1e-4] * 2, rtol=1e-12)

@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -183,14 +183,7 @@ def tuned_diameters(reduced: ReducedModel) -> np.ndarray:
     return diameters_of(np.array(rows) @ reduced.tuned_modes, face.blade, face.angle)
 
 
-class BetweenSpeeds(NamedTuple):
-    """What the first family says of matrices at three speeds, see `between_speeds`."""
-
-    error: float  # larger relative error of the frequency half-way between two speeds
-    rises: np.ndarray  # (2,) of its square between them, as shares of that of the speed
-
-
-def between_speeds(model: NeutralModel, speeds: np.ndarray) -> BetweenSpeeds:
+def between_speeds(model: NeutralModel, speeds: np.ndarray) -> tuple[float, np.ndarray]:
     """Look at the first frequency at, and half-way between, the speeds of a model's matrices.
 
     Rotation changes the square of a frequency smoothly with the square of the speed. Where blades
@@ -199,6 +192,8 @@ def between_speeds(model: NeutralModel, speeds: np.ndarray) -> BetweenSpeeds:
 
     model: of kind "sector" or "disk", with stiffness fitted through three speeds.
     speeds: (3,) of the matrices, one of them 0 [rad/s].
+    Returns the larger relative error of the frequency half-way between two speeds; the rises (2,)
+    of its square between them, as shares of that of the speed.
     """
     square = np.sort(speeds) ** 2
     middles = (square[1:] + square[:-1]) / 2
@@ -211,4 +206,4 @@ def between_speeds(model: NeutralModel, speeds: np.ndarray) -> BetweenSpeeds:
     parabola = np.polyfit(square / square[-1], np.square(first[:3]), 2)
     errors = np.array(first[3:]) / np.sqrt(np.polyval(parabola, middles / square[-1])) - 1.0
     rises = np.diff(np.square(np.multiply(2 * np.pi, first[:3]))) / np.diff(square)
-    return BetweenSpeeds(float(errors[np.abs(errors).argmax()]), rises)
+    return float(errors[np.abs(errors).argmax()]), rises

@@ -187,7 +187,7 @@ def test_stiffness_of_turned_blades_is_not_that_between_them(sector):
             R = sp.kron(sp.eye_array(len(sector.nodes)), one).tocsr()
             at.append((R.T @ sector.stiffness[0] @ R).tocsr())
         model = sector._replace(stiffness=polynomial(at, speeds))
-        return cyclic.between_speeds(model, speeds).error
+        return cyclic.between_speeds(model, speeds)[0]
 
     assert abs(error([0.0, 0.0, 0.0])) < 1e-9
     assert abs(error([0.0, 1.5, 6.0])) > 0.01
