@@ -28,10 +28,11 @@ from hpcrub.statistics.percentiles import finite
 class Kind(NamedTuple):
     """A kind of numbers that a contact study has percentiles of; each sample has one number."""
 
-    name: str  # group of its statistics, heading of its percentiles in the summary
+    name: str  # group of its statistics
     of: str  # dataset of the numbers in `samples`
     units: str
     words: str
+    symbol: str = ""  # heading of its percentiles in the summary; "": its name
 
     def dataset(self, statistic: str) -> str:
         """Name of the dataset of a statistic, which is a member of `RunningPercentiles`."""

@@ -14,8 +14,8 @@ from hpcrub.results import samples
 from hpcrub.results.layout import LEVELS, SPEEDS, Dataset, datasets
 from hpcrub.results.verdict import MOST_ADVICE, SEVERITIES
 
-AMPLIFICATION = Kind("contact", "amplification", "1", "contact amplifications")
-LINEAR = Kind("linear", "linear_amplification", "1", "linear amplifications")
+AMPLIFICATION = Kind("contact", "amplification", "1", "contact amplifications", "A_nl")
+LINEAR = Kind("linear", "linear_amplification", "1", "linear amplifications", "A_lin")
 _S, _VN, _VNS = ("speed",), ("level", "sample"), ("level", "sample", "speed")
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _RUNS = "amplitudes of the runs of the tuned disk (mistuning.reference)"

@@ -93,7 +93,8 @@ def interval_table(file: ResultFile, alike: Sequence[Kind]) -> Table:
     words = " and ".join(kind.words for kind in alike)
     at, share = file.config.convergence.percentiles, f"{100 * confidence(Z_95):.4g} %"
     title = f"Percentiles of {words}, and their intervals ({share})" + f" [{unit}]" * bool(unit)
-    headings = (word for kind in alike for word in (kind.name.replace("_", " "), "interval"))
+    names = (kind.symbol or kind.name.replace("_", " ") for kind in alike)
+    headings = (word for name in names for word in (name, "interval"))
     table = progress.table(title, ("level", "percentile", *headings))
     for level, half_range in enumerate(file.read("half_range")):
         columns = []
