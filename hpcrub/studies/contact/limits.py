@@ -1,12 +1,15 @@
 """Lines about limits: largest amplitude, and probabilities of exceeding limits."""
 
 from collections.abc import Iterator
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
+from rich.table import Table
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import percent
+from hpcrub.ranks.progress import table
 from hpcrub.results.samples import finished, n_failed
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, probability_interval
@@ -84,44 +87,92 @@ def _condition(config: Config) -> str:
     return f" (if it moves in the mode for which {config.limits.stress_mpa_per_mm:g} MPa/mm holds)"
 
 
-def _stress_in_words(config: Any) -> str:
-    """Limit of the stress, and the assumptions on which it rests."""
+def _stress_in_words(config: Any) -> tuple[str, str]:
+    """Limit of the stress, and the assumptions on which it rests, which may be none."""
     limits = config.limits
     if config.is_goodman:
-        return (
-            f"{limits.stress_mpa:g} MPa, each stress being raised for the rotation's at its place "
-            f"by Goodman's line to {limits.strength_mpa:g} MPa"
+        return f"{limits.stress_mpa:g} MPa", (
+            ", each stress being raised for the rotation's at its place by Goodman's line to "
+            f"{limits.strength_mpa:g} MPa"
         )
     if limits.static_mpa is None:
-        return f"{limits.stress_mpa:g} MPa without the rotation's stress{_condition(config)}"
-    return (
-        f"{1e-6 * limits.stress:.4g} MPa, which {limits.static_mpa:g} MPa of the rotation leave of "
-        f"{limits.stress_mpa:g} MPa{_condition(config)}"
+        basis = f" without the rotation's stress{_condition(config)}"
+        return f"{limits.stress_mpa:g} MPa", basis
+    return f"{1e-6 * limits.stress:.4g} MPa", (
+        f", which {limits.static_mpa:g} MPa of the rotation leave of {limits.stress_mpa:g} MPa"
+        f"{_condition(config)}"
     )
 
 
-def limit_lines(file: ResultFile, usable: bool, level: int = -1) -> Iterator[str]:
-    """Probability of exceeding each limit at a level; usable: False adds a warning."""
-    config = file.config
-    caveat = "" if usable else "; not to be signed, the verdict says why"
-    limited: list[tuple[Any, float, str]] = []
+class Chance(NamedTuple):
+    """How many disks of a level exceed one limit."""
+
+    level: str  # half range
+    limit: str
+    basis: str  # what the limit rests on; "" for nothing
+    above: int  # disks beyond it, or without a result
+    n: int  # disks that were computed
+    n_lost: int  # disks without a result
+
+    @property
+    def interval(self) -> str:
+        """95 % interval of the probability."""
+        low, high = probability_interval(self.above, self.n, Z_95)
+        return f"{percent(low)} to {percent(high)} %"
+
+
+def chances(file: ResultFile) -> list[Chance]:
+    """Disks that exceed each limit, level by level."""
+    config, found = file.config, []
+    limited: list[tuple[Any, Any, tuple[str, str]]] = []
     if config.limits.amplitude_mm is not None:
-        sizes = finished(file, level, "peak_amplitude_m")
-        limited.append((sizes, config.limits.amplitude, f"{config.limits.amplitude_mm:g} mm"))
+        sizes_of = partial(finished, file, name="peak_amplitude_m")
+        words = f"{config.limits.amplitude_mm:g} mm"
+        limited.append((sizes_of, config.limits.amplitude, (words, "")))
     if config.limits.stress is not None:
-        limited.append((_stresses(file, level), config.limits.stress, _stress_in_words(config)))
-    lost = n_failed(file, level)
-    for sizes, limit, words in limited:
-        # a disk without a result is beyond any limit, as in other studies
-        above, n = int(np.count_nonzero(sizes > limit)) + lost, len(sizes) + lost
+        limited.append((partial(_stresses, file), config.limits.stress, _stress_in_words(config)))
+    for level, half_range in enumerate(file.read("half_range")):
+        lost, name = n_failed(file, level), f"±{100 * half_range:.3g} %"
+        for of_level, limit, in_words in limited:
+            sizes = of_level(level=level)
+            above = int(np.count_nonzero(sizes > limit))
+            # a disk without a result is beyond any limit, as in other studies
+            found.append(Chance(name, *in_words, above + lost, len(sizes) + lost, lost))
+    return found
+
+
+def chance_table(file: ResultFile, usable: bool) -> Iterator[str | Table]:
+    """Table of the probabilities of exceeding the limits by level, and what the limits rest on.
+
+    usable: False adds a warning. Without limits there is none.
+    """
+    rows = chances(file)
+    if not rows:
+        return
+    caveat = "" if usable else " (not to be signed)"
+    headings = "level", "limit", "disks", "beyond", "probability", "95 % interval"
+    found = table(f"Probability of exceeding a limit{caveat}", headings)
+    for row in rows:
+        beyond = f"{row.above:,}" + f" ({row.n_lost:,} without result)" * bool(row.n_lost)
+        share = f"{percent(row.above / row.n)} %" if row.n else "-"
+        found.add_row(row.level, row.limit, f"{row.n:,}", beyond, share, row.interval)
+    yield found
+    yield from dict.fromkeys(f"limit: {row.limit}{row.basis}" for row in rows if row.basis)
+
+
+def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
+    """Probability of exceeding the limits at the last level; usable: False adds a warning."""
+    rows, config = chances(file), file.config
+    caveat = "" if usable else "; not to be signed, the verdict says why"
+    for row in (row for row in rows if row.level == rows[-1].level):
+        words = f"{row.limit}{row.basis}"
         if config.pattern_deviation is not None:  # one disk has no probability
-            does = "exceeds" if above else "does not exceed"
-            done = "has no result" if lost else f"{does} {words}"
+            does = "exceeds" if row.above else "does not exceed"
+            done = "has no result" if row.n_lost else f"{does} {words}"
             yield f"the disk of the pattern {done}{caveat}"
             continue
-        low, high = probability_interval(above, n, Z_95)
+        or_lost = " or have no result" if row.n_lost else ""
         yield (
-            f"±{100 * file.read('half_range')[level]:.3g} %: {above} of {n} disks exceed {words}"
-            f"{' or have no result' if lost else ''}, a probability of {percent(low)} to "
-            f"{percent(high)} % (95 % interval){caveat}"
+            f"{row.level}: {row.above} of {row.n} disks exceed {words}{or_lost}, a probability of "
+            f"{row.interval} (95 % interval){caveat}"
         )

@@ -41,8 +41,8 @@ def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     yield tuned_line(file)
     yield from limits.largest_line(file, counts)
     yield from effects.lines(file)
-    for level in range(len(file.config.levels)):
-        yield from limits.limit_lines(file, usable, level)
+    is_one = file.config.pattern_deviation is not None
+    yield from (limits.limit_lines if is_one else limits.chance_table)(file, usable)
     yield from point_lines(counts)
 
 

@@ -112,7 +112,7 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
     assert "done: 3 of 4 samples" in printed
     assert "Verdict: not usable: 1 of 3 peaks" in printed
     assert "Percentiles of contact amplifications and linear amplifications, and" in printed
-    assert "±4 %: 0 of 1 disks exceed 35 mm, a probability of 0 to 98 %" in printed
+    assert "±4 % 35 mm 1 0 0 % 0 to 98 %" in printed
 
 
 @pytest.mark.parametrize("check", ["half_step", "followed"])
@@ -206,11 +206,16 @@ def test_a_tuned_run_without_a_result_leaves_their_median_as_certain_as_the_othe
 
 def test_limits_have_a_probability_with_its_interval(file):
     """Two of two: with 0.16 or more, since 0.16² = 0.025; none of two: with 0.84 or less."""
-    first, second = limits.limit_lines(file, usable=True, level=0)
-    assert first == (
-        "±2 %: 2 of 2 disks exceed 35 mm, a probability of 16 to 100 % (95 % interval)"
-    )
-    assert second.startswith("±2 %: 0 of 2 disks exceed 10000 MPa")
+    table, basis = limits.chance_table(file, usable=True)
+    assert [*zip(*(column.cells for column in table.columns), strict=True)] == [
+        ("±2 %", "35 mm", "2", "2", "100 %", "16 to 100 %"),
+        ("±2 %", "10000 MPa", "2", "0", "0 %", "0 to 84 %"),
+        ("±4 %", "35 mm", "2", "0", "0 %", "0 to 84 %"),
+        ("±4 %", "10000 MPa", "2", "0", "0 %", "0 to 84 %"),
+    ]
+    assert basis == "limit: 10000 MPa without the rotation's stress"
+    assert "sign" not in table.title
+    assert "not to be signed" in next(limits.chance_table(file, usable=False)).title
     first, second = limits.limit_lines(file, usable=True)
     assert first.startswith("±4 %: 0 of 2 disks exceed 35 mm, a probability of 0 to 84 %")
     assert "exceed 10000 MPa without the rotation's stress, a" in second
@@ -221,6 +226,8 @@ def test_limits_have_a_probability_with_its_interval(file):
     contact_file.write_sample(file, 1, 1, {"status": FAILED})
     first, _ = limits.limit_lines(file, usable=True)
     assert "±4 %: 1 of 2 disks exceed 35 mm or have no result, a probability of 1.3 to 99" in first
+    table, _ = limits.chance_table(file, usable=True)
+    assert list(table.columns[3].cells)[2] == "1 (1 without result)"
 
 
 @pytest.mark.parametrize(
