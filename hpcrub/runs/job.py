@@ -133,8 +133,9 @@ class Job:
 
     def _collect(self, tasks: Any, seconds: Any) -> None:
         """Count tasks that took some seconds, and tell how far the job is (rank 0)."""
-        self.n_finished += sum(self.study.n_parts(self.status, task) for task in tasks)
-        self.work += Work(len(tasks), 0, seconds)
+        n = sum(self.study.n_parts(self.status, task) for task in tasks)
+        self.n_finished += n
+        self.work += Work(n, 0, seconds)
         left = self._seconds_left(tasks, seconds)
         self.progress.part(self.study.unit, *self.n_done(), left, self.expected)
 
