@@ -65,7 +65,7 @@ def study_list():
             f"`{name}`",
             study.what,
             ", ".join(f"`{section}`" for section in study.sections),
-            study.figures,
+            paper_figures(name),
             f"`{example_file(name)}`",
         )
         for name, study in studies.STUDIES.items()
@@ -74,6 +74,12 @@ def study_list():
         ("study", "what it computes", "sections of its own", "figures of the paper", "example"),
         rows,
     )
+
+
+def paper_figures(study):
+    """Numbers of the figures of the paper that show this study alone."""
+    papers = [f.about.paper for f in plot.FIGURES if f.about.studies == (study,) and f.about.paper]
+    return ", ".join(map(str, sorted(int(n) for paper in papers for n in paper.split(", "))))
 
 
 def figures():

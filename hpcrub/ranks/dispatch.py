@@ -44,12 +44,11 @@ class Dispatcher:
             self._receive()
         return self.stopped_by
 
-    def poll(self) -> Any:
-        """Answer the other ranks; returns the shared value. Raises Interrupted after a signal."""
+    def poll(self) -> None:
+        """Answer the other ranks. Raises Interrupted after a signal."""
         self._serve()
         if self.stopped_by:
             raise Interrupted(self.stopped_by)
-        return self.team.shared
 
     def _serve(self) -> None:
         if self.team.signal:
@@ -109,12 +108,11 @@ class Worker:
             time.sleep(PAUSE)
         self._tell("bye")
 
-    def poll(self) -> Any:
-        """Receive from rank 0; returns the shared value. Raises Interrupted at the end."""
+    def poll(self) -> None:
+        """Receive from rank 0. Raises Interrupted at the end."""
         self._look()
         if self.ended or self.told:
             raise Interrupted("stopped")
-        return self.team.shared
 
     def _wait(self) -> bool:
         """Wait for tasks; returns False at the end."""

@@ -177,7 +177,6 @@ class Team:
         self.rank = comm.rank if comm else 0
         self.size = comm.size if comm else 1
         self.signal = None  # name of the signal that asked this rank to stop
-        self.shared = None  # value that poll() returns in run_tasks
 
     def remember(self, number: int, frame: object) -> None:
         """Handle a signal: note its name, and nothing else."""
@@ -226,9 +225,8 @@ class Team:
     def run_tasks(
         self,
         tasks: Tasks | Iterable[Any],
-        compute: Callable[[Any, Callable[[], Any]], Any],
+        compute: Callable[[Any, Callable[[], None]], Any],
         on_result: Callable[[Any, Any], object] = lambda task, result: None,
-        shared: Any = None,
     ) -> None:
         """Compute all tasks.
 
@@ -236,10 +234,9 @@ class Team:
         compute(task, poll): called on any rank; must call poll() many times a second and let
         Interrupted pass; returns a small picklable result. on_result(task, result): called on rank
         0 in order of completion; may add urgent tasks; returns a true value when no further task is
-        needed. shared: value of poll().
+        needed.
         Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
         """
-        self.shared = shared
         side: Any = Worker(self, compute)
         if self.rank == 0:
             side = Dispatcher(self, Assignments(tasks, self.size), compute, on_result)

@@ -23,7 +23,6 @@ class Round(NamedTuple):
     phase: str = ""  # name of the tasks; those of another name take another time
     status: str = "status"  # dataset in which the tasks are marked as done
     integrates: bool = True  # whether the tasks need the kernel, if the study integrates
-    told: Any = None  # value of `poll` for all tasks of the round
     # parts that are still expected, these tasks included, by the first index of a task (K,), where
     # it tells how long they take; None: one part takes as long as another
     ahead: np.ndarray | None = None
@@ -80,7 +79,7 @@ class Job:
                 if planned.ahead is None or self.round is None:
                     self.begin()
             self.round = planned
-            self.team.run_tasks(self.tasks, self._compute, self._collect, planned.told)
+            self.team.run_tasks(self.tasks, self._compute, self._collect)
 
     def load_kernel(self) -> None:
         """Compile the kernel, or load it, before anything is measured (all ranks)."""

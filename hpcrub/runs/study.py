@@ -43,7 +43,6 @@ class Study:
     name: str
     what: str  # description in a few words
     datasets: tuple[Dataset, ...] = ()  # of the result file, unless `layout` returns others
-    figures = ""  # numbers of the figures of the paper
     sections: tuple[str, ...] = ()  # sections of `config.study_keys` that it reads
     # {dimension: dataset with its values}; `Run.scales` adds `speed` and `angle`
     scales: Mapping[str, str] = {}

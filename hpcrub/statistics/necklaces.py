@@ -1,18 +1,14 @@
-"""Enumeration, search and comparison of patterns of blade types around a disk.
+"""Enumeration and comparison of patterns of blade types around a disk.
 
 Patterns that differ only by a rotation count as one, a *necklace*.
 """
 
 from collections.abc import Iterator
-from itertools import product
 from math import gcd
-from typing import Any
 
 import numpy as np
 from scipy.special import bdtr
 
-UNKNOWN = -2  # type of the blades in a pattern that the search has not chosen yet
-SEARCHED = 0.25  # share of the tried patterns that a search chooses, if not all patterns are tried
 ERROR = 0.005  # probability that a round wrongly calls any pattern worse; ten rounds: 5 %
 
 
@@ -47,45 +43,21 @@ def candidates(n_blades: int, n_types: int, most: int, seed: int) -> list[tuple[
     """Patterns of two or more types to try: all of them, or `most` if there are more.
 
     If there are more, patterns that repeat themselves around the disk come first, the shortest
-    periods first; then random patterns; the last are UNKNOWN, for `neighbours` to fill in.
+    periods first; then random patterns.
     """
     if count(n_blades, n_types) - n_types <= most:
         return [word for word in necklaces(n_blades, n_types) if len(set(word)) > 1]
-    searched = int(SEARCHED * most)
-    most, words = most - searched, dict[tuple[int, ...], None]()
+    words = dict[tuple[int, ...], None]()
     for period in (p for p in range(2, n_blades) if n_blades % p == 0):
         for word in necklaces(period, n_types):
             if len(set(word)) > 1 and len(words) < most:
                 words[word * (n_blades // period)] = None
-    _fill(words, n_blades, n_types, most, seed)
-    return [*words, *[(UNKNOWN,) * n_blades] * searched]
-
-
-def neighbours(
-    ranked: list[tuple[int, ...]], n_types: int, n: int, seed: int
-) -> list[tuple[int, ...]]:
-    """New patterns, each of which differs from a known pattern in one blade.
-
-    - ranked: known patterns, the best first; their neighbours come in this order.
-    - n: number of new patterns; random patterns follow when there are no more neighbours.
-    """
-    words, most = dict.fromkeys(ranked), len(ranked) + n
-    n_blades = len(ranked[0])
-    for word, blade, kind in product(ranked, range(n_blades), range(n_types)):
-        changed = first_rotation((*word[:blade], kind, *word[blade + 1 :]))
-        if len(set(changed)) > 1 and len(words) < most:
-            words[changed] = None
-    _fill(words, n_blades, n_types, most, seed)
-    return list(words)[len(ranked) :]
-
-
-def _fill(words: Any, n_blades: int, n_types: int, most: Any, seed: int) -> None:
-    """Add random patterns to `words` until there are `most`."""
     drawn = np.random.Generator(np.random.Philox(seed))
     while len(words) < most:
         word = first_rotation(tuple(drawn.integers(n_types, size=n_blades).tolist()))
         if len(set(word)) > 1:
             words[word] = None
+    return list(words)
 
 
 def compare(values: np.ndarray, percentile: float) -> tuple[np.ndarray, np.ndarray]:

@@ -108,7 +108,6 @@ class Branches(StudyInTime):
 
     name = "branches"
     what = "coexisting stable motions, from several initial states"
-    figures = "17"
     sections = ("branches",)
     datasets = LAYOUT
 

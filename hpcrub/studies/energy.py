@@ -105,7 +105,6 @@ class Energy(StudyInTime):
 
     name = "energy"
     what = "amplification of the blades' strain energy"
-    figures = "14"
     sections = ("energy",)
     mistunes = True
     n_sources = 1

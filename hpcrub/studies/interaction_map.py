@@ -71,7 +71,6 @@ class InteractionMap(StudyInTime):
 
     name = "interaction_map"
     what = "spectra over a wide range of speeds"
-    figures = "6"
     sections = ("history", "spectrum")
     scales = {"frequency": "frequencies_hz"}
 

@@ -91,7 +91,6 @@ class Linear(Study):
 
     name = "linear"
     what = "linear amplification, percentiles over σ and n_d"
-    figures = "4"
     sections = ("linear",)
     scales = {"level": "half_range"}
     datasets = LAYOUT

@@ -106,7 +106,6 @@ class Modal(Study):
 
     name = "modal"
     what = "the disk, its mode shapes, SAFE diagram"
-    figures = "1, 2"
     mistunes = False
     prepare = staticmethod(build_model)
 

@@ -1,8 +1,7 @@
 """Intentional mistuning: search for the pattern of blade types with which disks vibrate least.
 
 Successive halving (Karnin, Koren and Somekh, ICML 2013): every round doubles the number of disks
-and drops the worse half of the patterns. All patterns get the same random disks. Where there are
-too many patterns to try all, the search adds neighbours of the best ones after the first round.
+and drops the worse half of the patterns. All patterns get the same random disks.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,7 +20,7 @@ from hpcrub.runs.job import Round
 from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem, build_problem
-from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
+from hpcrub.statistics.necklaces import candidates, compare
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude
 from hpcrub.studies.contact.trials import Trials, peaks_of
@@ -49,14 +48,12 @@ class Prepared(NamedTuple):
     """What all disks share."""
 
     problem: Problem
+    types: np.ndarray  # of the blades of every pattern (P, N)
     tuned: float  # linear amplitude of the tuned disk, without air where it flutters [m]
 
 
 def words_of(config: Config) -> np.ndarray:
-    """Types of the blades of every pattern (P, N); row 0, all −1, is the disk without a pattern.
-
-    The last rows may be UNKNOWN until the first round is over.
-    """
+    """Types of the blades of every pattern (P, N); row 0, all −1, is the disk without a pattern."""
     asked, n = config.patterns, config.disk.n_blades
     words = candidates(n, len(asked.types_percent), asked.candidates, config.mistuning.seed)
     return np.vstack([np.full(n, -1), words])
@@ -98,39 +95,27 @@ class Rounds:
         n_patterns = len(self.words)
         self.percentile, self.worse_by = np.full((2, n_patterns), np.nan)
         self.n_disks = np.zeros(n_patterns, dtype=int)
-        n_unknown = int(np.count_nonzero(self.words[:, 0] == UNKNOWN))
-        self.left = np.arange(1, n_patterns - n_unknown)
+        self.left = np.arange(1, n_patterns)
         # patterns whose first n disks the next round needs, and n; None: all rounds are over
         self.missing: tuple[np.ndarray, int] | None = None
         for n, n_left in schedule(self.config, n_patterns - 1):
             self.left = self.left[:n_left]
-            if self._rank(n) and n_unknown:
-                self._name(n_unknown)
-                n_unknown = 0
-                self._rank(n)
+            self._rank(n)
             if self.missing:
                 return
         self.left = self.left[: self.config.patterns.kept]
 
-    def _rank(self, n: Any) -> bool:
-        """Rank the patterns left by their first n disks; returns whether these are all done."""
+    def _rank(self, n: Any) -> None:
+        """Rank the patterns left by their first n disks, or note that some of these are missing."""
         here = np.append(0, self.left)
         if (self.status[here, :n] == PENDING).any():
             self.missing = here, n
-            return False
+            return
         known = self.values[here, :n]
         known = np.where(np.isfinite(known), known, np.inf)
         self.n_disks[here] = n
         self.percentile[here], self.worse_by[here] = compare(known, self.config.patterns.percentile)
         self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
-        return True
-
-    def _name(self, n: Any) -> None:
-        """Let the last n patterns, which are not known yet, be neighbours of the best."""
-        ranked = [tuple(word) for word in self.words[self.left].tolist()]
-        n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
-        self.words[-n:] = neighbours(ranked, n_types, n, seed)
-        self.left = np.arange(1, len(self.words))
 
     def missing_in_contact(self) -> list[tuple[int, int]]:
         """Pairs of pattern and sample of the pending disks in contact."""
@@ -176,7 +161,7 @@ class PatternStudy(Trials):
         if modes.waves and modes.waves.damping_ratio.min() <= 0.0:
             own = problem._replace(reduced=problem.reduced._replace(air=None))
             modes = modes._replace(waves=None)
-        return Prepared(problem, linear_amplitude(config, own, modes, alike))
+        return Prepared(problem, words_of(config), linear_amplitude(config, own, modes, alike))
 
     def cost(self, config: Config) -> Cost:
         """Cost of all rounds of the linear analysis, and of the disks in contact."""
@@ -192,28 +177,26 @@ class PatternStudy(Trials):
         """Pending disks of the next round of linear analyses; at the end, those in contact."""
         rounds = Rounds(file)
         known = {name: getattr(rounds, name) for name in ("n_disks", "percentile", "worse_by")}
-        known["types"] = rounds.words
         if rounds.missing is None:
             tasks = rounds.missing_in_contact()
             n_all = int(np.count_nonzero(self.parts(file))) + len(tasks)
             how = "disks in contact", "contact_status"
-            return Round(tasks, known, n_all, *how, told=rounds.words)
+            return Round(tasks, known, n_all, *how)
         here, n = rounds.missing
         blocks = [slice(first, min(first + BLOCK, n)) for first in range(0, n, BLOCK)]
         pending = [(p, b) for p in here.tolist() for b in blocks if PENDING in rounds.status[p, b]]
         n_all, of = n_linear(file.config, len(rounds.words) - 1), "linear disks"
-        return Round(pending, known, n_all, of, integrates=False, told=rounds.words)
+        return Round(pending, known, n_all, of, integrates=False)
 
     def compute_all(
         self, config: Config, prepared: Prepared, tasks: Sequence[Any], poll: Poll
     ) -> Iterator[tuple[Any, list[Values]]]:
         """Compute linear analyses of some disks with a pattern each, or disks in contact together.
 
-        tasks: each a pattern and a slice of disks, or the number of a disk in contact. `poll` tells
-        the types of the blades, which the files of other ranks may lack yet.
+        tasks: each a pattern and a slice of disks, or the number of a disk in contact.
         """
         types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
-        added = [types[poll()[pattern]] for pattern, _ in tasks]
+        added = [types[prepared.types[pattern]] for pattern, _ in tasks]
         if isinstance(tasks[0][1], slice):
             for task, pattern in zip(tasks, added, strict=True):
                 yield task, list(self._linear(config, prepared, task, pattern, poll))

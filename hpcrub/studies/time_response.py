@@ -111,7 +111,6 @@ class TimeResponse(StudyInTime):
 
     name = "time_response"
     what = "one simulation in full"
-    figures = "5"
     sections = ("history",)
     scales = {"time": "time_s", "check": "check_s", "block": "block_s"}
 

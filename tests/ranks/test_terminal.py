@@ -109,6 +109,18 @@ def test_the_time_left_is_told_for_the_parts_that_are_expected(expected, capsys)
     assert capsys.readouterr().out == f"tasks: 50 of {LEFT[expected]}\n"
 
 
+def test_blocks_of_disks_tell_the_time_left_by_their_disks(capsys):
+    """A block of 32 disks counted as one: the time left was 32 times too long."""
+    run = studies.run_of(Config(study="patterns"))
+    job = Job(run, Team(), None, None, progress.Progress(run.config))
+    job.status = np.zeros((2, 64), np.uint8)
+    job.begin()
+    job.progress.began -= 100.0
+    job.progress.shown -= 100.0
+    job._collect([(0, slice(0, 32)), (0, slice(32, 64))], 1.0)
+    assert capsys.readouterr().out == "disks: 64 of 128, 1.67 min left\n"
+
+
 @pytest.mark.parametrize("stops", [True, False])
 def test_a_contact_study_that_may_converge_before_its_end_says_at_most(stops, capsys):
     shown = progress.Progress(Config(convergence={"stop_when_converged": stops}))

@@ -5,15 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from hpcrub.statistics.necklaces import (
-    UNKNOWN,
-    candidates,
-    compare,
-    count,
-    first_rotation,
-    necklaces,
-    neighbours,
-)
+from hpcrub.statistics.necklaces import candidates, compare, count, first_rotation, necklaces
 
 
 @pytest.mark.parametrize(("n_blades", "n_types"), [(1, 2), (6, 2), (5, 3), (8, 2), (4, 4)])
@@ -26,28 +18,14 @@ def test_necklaces_are_all_words_but_for_rotations(n_blades, n_types):
 def test_of_twelve_blades_there_are_352_and_of_more_those_that_repeat_themselves_come_first():
     assert count(12, 2) == 352
     assert len(candidates(12, 2, 2000, 1)) == 350
-    *found, last = candidates(22, 2, 400, 1)[:301]
-    assert candidates(22, 2, 400, 1)[300:] == 100 * [last] == 100 * [(UNKNOWN,) * 22]
+    found = candidates(22, 2, 300, 1)
     periodic = [word for word in found if word[:11] == word[11:]]
     assert len(found) == len(set(found)) == 300
     assert len(periodic) == count(11, 2) - 2
     assert (0, 1) * 11 not in periodic  # its period of 2 does not fit 11 blades
     assert found[0] == (0, 1) * 11
     assert all(first_rotation(word) == word for word in found)
-    assert found == candidates(22, 2, 400, 1)[:300] != candidates(22, 2, 400, 2)[:300]
-
-
-def test_neighbours_differ_by_one_blade_and_are_new():
-    """Of the best pattern first; where all are known, the rest are random ones."""
-    best, other = (0, 0, 0, 0, 1), (0, 0, 1, 0, 1)
-    assert neighbours([best, other], 2, 3, 7)[0] == (0, 0, 0, 1, 1)
-    every = [word for word in necklaces(5, 2) if len(set(word)) > 1]
-    assert sorted([best, other, *neighbours([best, other], 2, 4, 7)]) == every
-    found = neighbours([(0,) * 7 + (1,)], 3, 15, 7)
-    turned = {first_rotation(w[:k] + (t,) + w[k + 1 :])
-              for w in [(0,) * 7 + (1,)] for k in range(8) for t in range(3)}  # fmt: skip
-    assert set(found) >= turned - {(0,) * 8, (0,) * 7 + (1,)}
-    assert len(set(found)) == 15
+    assert found == candidates(22, 2, 400, 1)[:300] != candidates(22, 2, 300, 2)
 
 
 def test_a_pattern_is_called_worse_where_it_is_and_seldom_where_it_is_not():

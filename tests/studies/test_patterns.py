@@ -12,7 +12,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Verdict
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
-from hpcrub.statistics.necklaces import UNKNOWN, compare, neighbours
+from hpcrub.statistics.necklaces import compare
 from hpcrub.studies import open_result
 from hpcrub.studies.patterns import STUDY as PATTERNS
 from hpcrub.studies.patterns import Rounds, in_letters
@@ -111,26 +111,6 @@ def test_a_stop_changes_no_bit(found):
             file[name][3:] = 0
     assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=folder) == 0
     assert datasets(folder / "two.h5") == first
-
-
-def test_of_many_patterns_a_quarter_are_neighbours_of_the_best(tmp_path):
-    """Eight blades have 34 patterns: 15 of them, then 5 by a search; and resumed."""
-    text = TEXT.replace(f"samples: {N}", "samples: 64").replace("n_blades: 6", "n_blades: 8")
-    text = text.replace("contact_samples: 2", "contact_samples: 0, candidates: 20")
-    computed(tmp_path, text, output="two.h5")
-    with h5py.File(tmp_path / "two.h5", "r+") as file:
-        words, percentile = file["types"][()], file["percentile"][()]
-        assert len(words) == len({tuple(word) for word in words}) == 21
-        best = words[1:16][np.argsort(percentile[1:16], kind="stable")]
-        assert tuple(words[16]) in neighbours(list(map(tuple, best.tolist())), 2, 1, 0)
-        file["types"][16:], file["status"][16:] = UNKNOWN, 0  # as if stopped before the search
-        file["amplification"][16:] = np.nan
-    first = contents(tmp_path / "two.h5")
-    assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=tmp_path) == 0
-    again = contents(tmp_path / "two.h5")
-    np.testing.assert_array_equal(again["types"], words)
-    np.testing.assert_array_equal(again["percentile"], percentile)
-    assert first["types"][16, 0] == UNKNOWN
 
 
 AIR = """\

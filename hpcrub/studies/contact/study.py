@@ -39,7 +39,6 @@ class Contact(Study):
 
     name = "contact"
     what = "frequency response in contact, Monte-Carlo percentiles"
-    figures = "7 to 13"
     sections = ("part",)
     scales = {
         "level": "half_range",
