@@ -45,19 +45,15 @@ def read(path: str | Path, most: int = MOST_ROWS) -> tuple[tuple[str, ...], np.n
 
 def _cells(text: str) -> list[tuple[int, list[str]]]:
     """Numbers and cells of the lines that are not empty and no comments."""
-    full = [
-        (number, line)
+    full = {
+        number: line.strip().replace("\t", " ")
         for number, line in enumerate(text.splitlines(), 1)
         if line.strip(" \t,;") and not line.lstrip().startswith("#")
-    ]
-    mark = next((mark for mark in ";," if any(mark in line for _, line in full)), " ")
-    before, after = {";": (",", "."), ",": (",", ","), " ": ("\t", " ")}[mark]
-    plain = (line.strip().replace(before, after) for _, line in full)
-    cells = csv.reader(plain, delimiter=mark, skipinitialspace=True)
-    return [
-        (number, [cell.strip() for cell in row if cell or mark != " "])
-        for (number, _), row in zip(full, cells, strict=False)
-    ]
+    }
+    mark = next((mark for mark in ";," if any(mark in line for line in full.values())), " ")
+    plain = (line.replace(",", ".") if mark == ";" else line for line in full.values())
+    rows = zip(full, csv.reader(plain, delimiter=mark, skipinitialspace=True), strict=False)
+    return [(k, [cell.strip() for cell in row if cell or mark != " "]) for k, row in rows]
 
 
 def columns(path: str | Path, names: tuple[str, ...], most: int) -> np.ndarray:
