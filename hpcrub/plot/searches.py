@@ -58,6 +58,8 @@ def _draw_probability(axes: Axes, file: ResultFile) -> None:
     foot = max(FOOT, float(foot))
     for code, (words, color) in SIDES.items():
         these = seen & (side == code)
+        if not these.any():  # an empty curve would take room at the corner of the figure
+            continue
         size = np.maximum(share[these], foot)  # none of the disks: at the foot
         ends = np.array([size - np.maximum(low[these], foot), high[these] - size])
         axes.errorbar(

@@ -240,6 +240,9 @@ def test_a_value_that_cannot_be_told_is_not_said_to_be_below(brute):
     assert "at all values" not in line
     assert f"with 99 % confidence; not known: {values[0]:g}" in line
     assert "one side of 40 % is not certain anywhere" in found
+    left, _ = plot.threshold(folder / "open.h5")  # no value is orange; half of the figure was empty
+    left.figure.draw_without_rendering()
+    assert left.get_position().height > 0.5
 
 
 def test_a_tolerance_that_was_not_reached_is_told_with_what_would_reach_it(brute):

@@ -75,9 +75,10 @@ def leg_names(file: ResultFile) -> list[str]:
 def report(file: ResultFile) -> Iterator[str]:
     """A line for each rate: peaks of the tuned disk, and the medians of the last level's disks."""
     legs, sizes, tuned = leg_names(file), 1e3 * of_disks(file)[-1], 1e3 * of_tuned(file)
+    steady = _steady_words(file)
     for k, rate in enumerate(file.read("hz_per_s")):
         parts = ", ".join(f"{leg} {peak:.3g} mm" for leg, peak in zip(legs, tuned[k], strict=True))
-        text = f"tuned disk at {rate:g} Hz/s: {parts}{_steady_words(file)}"
+        text = f"tuned disk at {rate:g} Hz/s: {parts}{steady}"
         if len(seen := sizes[np.isfinite(sizes[:, k]).all(axis=1), k]):
             medians = ", ".join(f"{peak:.3g}" for peak in np.median(seen, axis=0))
             text += f"; median of {counted(len(seen), 'mistuned disk')} {medians} mm"

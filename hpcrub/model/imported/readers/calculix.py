@@ -77,6 +77,8 @@ def job_matrix(path: str | Path, kind: str) -> Rows:
         dof = np.array([word.split(".") for word in words], dtype=np.int64).reshape(-1, 2)
         i, j, value = np.loadtxt(name, unpack=True, ndmin=2)
         place = whole(i, str(name)) - 1, whole(j, str(name)) - 1
+        if (last := max(map(np.max, place), default=-1) + 1) > len(dof):
+            raise InputError(f"{name}: has a row {last}, but {rows} names {len(dof)} rows")
         shape = (len(dof), len(dof))
         return Rows(sp.coo_array((value, place), shape=shape).tocsr(), dof, str(name))
 

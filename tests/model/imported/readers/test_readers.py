@@ -79,6 +79,12 @@ def test_calculix(tmp_path, exact):
     read = calculix.read(tmp_path / "disk.inp", LISTS, tmp_path / "blade.inp")
     model = same_model(read, exact, "mm t s")
     assert len(model.fixed) == len(exact.fixed)
+    names = (tmp_path / "disk.dof").read_text().splitlines()
+    (tmp_path / "disk.dof").write_text("\n".join(names[:50]))  # it was "index exceeds dimension"
+    with pytest.raises(
+        InputError, match=r"disk\.mas: has a row \d+, but .*disk\.dof names 50 rows"
+    ):
+        calculix.read(tmp_path / "disk.inp", LISTS)
     hidden = {tuple(sorted(face)) for face in model.surface.tolist()}
     assert len(hidden) == len(model.surface) == len(rows.skin(list(mesh.elements)))
 
