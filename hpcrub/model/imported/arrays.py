@@ -61,6 +61,7 @@ def stored(name: str, matrix: Any) -> dict:
     if not sp.issparse(matrix):
         return {name: matrix}
     rows = sp.csr_array(matrix)
+    rows.sum_duplicates()
     return {f"{name}/{part}": getattr(rows, part) for part in PARTS}
 
 
