@@ -25,7 +25,7 @@ import numpy as np
 from hpcrub import __version__
 from hpcrub.config.schema import Config
 from hpcrub.errors import HpcrubError, InputError, WriteError, reason, refuse_endless
-from hpcrub.results import ownership, provenance, trouble
+from hpcrub.results import ownership, provenance
 from hpcrub.results.layout import NUMBER, Plan, file_size
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
@@ -325,7 +325,7 @@ class ResultFile:
                 self._dataset(name)[where] = value
             self._flush()
         except (OSError, RuntimeError) as error:
-            why = trouble.unwritable(error, self.path)
+            why = ownership.unwritable(error, self.path)
             raise WriteError(f"cannot write {self.path}: {why}") from None
 
     def close(self) -> None:

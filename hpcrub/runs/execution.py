@@ -15,7 +15,7 @@ from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import RunLog
-from hpcrub.results import ownership, storage, trouble
+from hpcrub.results import ownership, storage
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import kept, memory, result_files
 from hpcrub.runs.study import Run
@@ -139,7 +139,7 @@ def _compute(team: Team, run: Any, prepared: Any, warnings: list[str], log: Any)
         raise
     log.phase("close")
     file.close()
-    team.on_root(lambda: trouble.require_kept(file.path))
+    team.on_root(lambda: ownership.require_kept(file.path))
 
 
 def _fill(

@@ -13,7 +13,7 @@ import pytest
 from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError, WriteError
-from hpcrub.results import layout, model_file, storage, trouble
+from hpcrub.results import layout, model_file, ownership, storage
 from hpcrub.runs import result_files
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import study as contact_study
@@ -298,21 +298,21 @@ def test_size_is_foretold(path, tiny_config):
 def test_a_file_that_the_disk_or_somebody_has_taken_away_is_told(tmp_path, monkeypatch):
     path = tmp_path / "a.h5"
     with pytest.raises(HpcrubError, match=r"a\.h5 was removed or moved while this job ran"):
-        trouble.require_kept(path)
+        ownership.require_kept(path)
     path.touch()
-    trouble.require_kept(path)
+    ownership.require_kept(path)
 
     def fail(file):
         raise OSError(errno.EIO, "Input/output error")
 
     monkeypatch.setattr(os, "fsync", fail)
     with pytest.raises(WriteError, match=r"cannot write .*a\.h5: Input/output error"):
-        trouble.require_kept(path)
+        ownership.require_kept(path)
 
 
 def test_the_system_is_asked_for_the_reason_that_mpi_io_drops(tmp_path):
     error = RuntimeError("Can't write data (file write failed)")
-    assert trouble.unwritable(error, "/dev/full") == "No space left on device"
+    assert ownership.unwritable(error, "/dev/full") == "No space left on device"
     (tmp_path / "sound").write_bytes(b"abc")
-    assert trouble.unwritable(error, tmp_path / "sound") == str(error)
+    assert ownership.unwritable(error, tmp_path / "sound") == str(error)
     assert (tmp_path / "sound").read_bytes() == b"abc"

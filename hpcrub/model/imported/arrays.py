@@ -1,4 +1,7 @@
-"""Access to the arrays of a model file, with checks of their types and shapes."""
+"""Access to the arrays of a model file, with checks of their types and shapes.
+
+Programs may write supports into a stiffness: a huge diagonal, 1e36 of Abaqus.
+"""
 
 from typing import Any
 
@@ -9,6 +12,8 @@ from hpcrub.errors import InputError
 
 PARTS = "data", "indices", "indptr"  # arrays of a sparse matrix in compressed rows (CSR)
 SYMMETRY = 1e-8  # largest allowed difference from the transpose, as a share of its rows' entries
+HUGE = 1e12  # times the usual (median) diagonal, above which an entry is no stiffness of a part
+ALONE = 1e-6  # of such a diagonal, below which the rest of its row says that it holds this row only
 
 
 def finite(name: str, matrix: Any) -> Any:
@@ -56,7 +61,26 @@ def stored(name: str, matrix: Any) -> dict:
     if not sp.issparse(matrix):
         return {name: matrix}
     rows = sp.csr_array(matrix)
+    rows.sum_duplicates()
     return {f"{name}/{part}": getattr(rows, part) for part in PARTS}
+
+
+def held_rows(stiffness: Any) -> np.ndarray:
+    """Rows of a sparse stiffness (n, n) that a huge entry on the diagonal holds, (any,) int."""
+    diagonal = np.abs(stiffness.diagonal())
+    if not diagonal.any():
+        return np.zeros(0, dtype=np.int64)
+    rows = np.flatnonzero(diagonal > HUGE * np.median(diagonal[diagonal > 0.0]))
+    part = abs(sp.csr_array(stiffness)[rows])
+    part[np.arange(len(rows)), rows] = 0.0
+    return rows[part.max(axis=1).toarray().ravel() < ALONE * diagonal[rows]]
+
+
+def without(stiffness: Any, rows: np.ndarray) -> Any:
+    """Stiffness (n, n) with zeros on the diagonal of these rows (any,)."""
+    removed = np.zeros(stiffness.shape[0])
+    removed[rows] = stiffness.diagonal()[rows]
+    return sp.csr_array(stiffness - sp.diags_array(removed))
 
 
 class Arrays:

@@ -10,8 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported import bent_blades, supports
-from hpcrub.model.imported.arrays import Arrays, stored, symmetric
+from hpcrub.model.imported import bent_blades
+from hpcrub.model.imported.arrays import Arrays, held_rows, stored, symmetric, without
 
 VERSION = 1
 MOST_BLADES = 200
@@ -124,8 +124,8 @@ def from_arrays(arrays: dict) -> NeutralModel:
     _check_dof(dof, len(nodes))
     stiffness, speeds = _stiffness(left, n, time)
     fixed = left.integers("fixed", default=NONE)
-    if kind != "reduced" and len(held := supports.held_rows(stiffness[0])):
-        stiffness = tuple(supports.without(k, held) for k in stiffness)
+    if kind != "reduced" and len(held := held_rows(stiffness[0])):
+        stiffness = tuple(without(k, held) for k in stiffness)
         fixed = np.union1d(fixed, held)
     scale = np.where(np.isin(dof[:, 1], ROTATIONS), 1.0, 1.0 / length)
     scale *= np.where(dof[:, 1] > 0, flip[(dof[:, 1] - 1) % 3], 1.0)

@@ -11,8 +11,9 @@ import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
 from hpcrub.model.imported import stress as recovery
+from hpcrub.model.imported.arrays import stored
 from hpcrub.model.imported.readers import deck as decks
-from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of, places, store, whole
+from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of, places, whole
 from hpcrub.model.imported.readers.text import content, existing
 
 INCOMPATIBLE = "C3D8I"  # elements with three inner nodes each, numbered after all others
@@ -58,7 +59,7 @@ def read(
         number = np.union1d(deck.node, mass.dof[:, 0])
         elements = _printed(stress, {label: nodes for _, label, nodes in deck.elements}, number)
         rows = recovery.rows(elements, arrays["dof"], len(number))
-        store(arrays, "stress", rows)
+        arrays |= stored("stress", rows)
         arrays["stress_blade"] = np.zeros(rows.shape[0], dtype=np.int64)
     return arrays
 

@@ -10,8 +10,9 @@ import scipy.sparse as sp
 from scipy.io import hb_read, mminfo, mmread
 
 from hpcrub.errors import InputError, reading
+from hpcrub.model.imported.arrays import stored
 from hpcrub.model.imported.neutral import AT_SPEEDS, POLYNOMIAL
-from hpcrub.model.imported.readers.rows import places, store, whole
+from hpcrub.model.imported.readers.rows import places, whole
 from hpcrub.model.imported.readers.text import content, existing, numbers, table
 
 MATRICES = "K", "M", *POLYNOMIAL, *AT_SPEEDS, "K_blade"
@@ -52,7 +53,7 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     if contact.shape[1] > 2:
         arrays["contact_clearance"] = contact[:, 2]
     for name, path in _matrices(folder).items():
-        store(arrays, name, matrix(path, len(dof)))
+        arrays |= stored(name, matrix(path, len(dof)))
     if n_sectors:
         arrays["n_sectors"] = np.array(n_sectors)
         for name in ("low", "high"):

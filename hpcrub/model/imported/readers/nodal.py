@@ -11,8 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported import supports
-from hpcrub.model.imported.arrays import symmetric
+from hpcrub.model.imported.arrays import held_rows, symmetric, without
 from hpcrub.model.imported.neutral import FRAMES
 
 ALIGNED = 1e-9  # below it the cosine between two directions counts as 0
@@ -29,7 +28,7 @@ def in_one_frame(mesh: Any, parts: dict[Any, Any]) -> tuple[str, dict[Any, Any]]
     if not mesh.axes:
         return FRAMES[0], parts
     first = next(iter(parts.values()))
-    held = set(map(tuple, first.dof[supports.held_rows(first.matrix)].tolist()))
+    held = set(map(tuple, first.dof[held_rows(first.matrix)].tolist()))
     place = dict(zip(mesh.number.tolist(), mesh.place, strict=True))
     lost = 0
     for frame in FRAMES:
@@ -86,7 +85,5 @@ def _turned(part: Any, axes: dict[int, np.ndarray], held: set[tuple[int, int]]) 
     )
     T = sp.csr_array((cosine, (i.astype(int), j.astype(int))), shape=(len(dof), len(dof)))
     whole = symmetric(part.name, part.matrix)
-    rest = supports.without(
-        whole, supports.held_rows(whole)
-    )  # rounding of huge entries would be larger than all others
+    rest = without(whole, held_rows(whole))  # rounding of huge entries would exceed all others
     return part._replace(matrix=sp.csr_array(T.T @ rest @ T + (whole - rest)), dof=dof)

@@ -84,7 +84,7 @@ def arrays_of(
                 f"matrix, though one is of {one:g} Hz and the other of {other:g} Hz"
             )
     for key, matrix in matrices.items():
-        store(arrays, name_of.get(key, key), matrix)
+        arrays |= stored(name_of.get(key, key), matrix)
     return arrays
 
 
@@ -125,13 +125,6 @@ def spread(part: Rows, dof: np.ndarray) -> sp.csr_array:
     entries = sp.coo_array(symmetric(part.name, part.matrix))  # rows may change their order
     shape = (len(dof), len(dof))
     return sp.coo_array((entries.data, (at[entries.row], at[entries.col])), shape=shape).tocsr()
-
-
-def store(arrays: dict, name: str, matrix: sp.csr_array) -> None:
-    """Add a sparse matrix to the arrays of a model file (modified)."""
-    rows = matrix.tocsr()
-    rows.sum_duplicates()
-    arrays |= stored(name, rows)
 
 
 def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
