@@ -12,8 +12,9 @@ from hpcrub.model.reduction import Modes, ReducedModel, mistuned_modes
 from hpcrub.results.layout import Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
+from hpcrub.setup.aero import curve_of
 from hpcrub.setup.disks import deviation
-from hpcrub.setup.problem import Problem, curve_of
+from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 
 LOOKED_AT = 100  # mistuned disks, of all levels, that are checked for flutter before a run

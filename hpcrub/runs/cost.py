@@ -17,7 +17,8 @@ from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.schedule import Schedule
 from hpcrub.response.sweep import SweepResult
 from hpcrub.setup.disks import deviation, modes_of, rubbing_modes
-from hpcrub.setup.problem import Problem, asked_of
+from hpcrub.setup.problem import Problem
+from hpcrub.setup.run_up import asked_of
 
 # time step of the trial of a planar disk, whose steps cost the same at any length [s]
 MEASURED_STEP = 2e-5

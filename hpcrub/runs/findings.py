@@ -11,7 +11,8 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
 from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding
-from hpcrub.setup.problem import curve_of, second_order_size
+from hpcrub.setup.aero import curve_of
+from hpcrub.setup.problem import second_order_size
 from hpcrub.statistics.percentiles import Z_95, confidence
 
 # first words of warnings of `setup.plausibility` that a verdict repeats

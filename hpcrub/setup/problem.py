@@ -1,4 +1,4 @@
-"""The tuned disk of an input, full and reduced and in its air; the scene; what a run-up records."""
+"""Construction of the tuned disk, full and reduced, and of the scene."""
 
 import math
 import os
@@ -12,20 +12,18 @@ from hpcrub.contact.cyclic import Cyclic
 from hpcrub.contact.dense import Dense
 from hpcrub.contact.lanes import WIDTHS
 from hpcrub.errors import InputError
-from hpcrub.model.aero import Curve, air_of, of_influence
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.disk import build_disk
-from hpcrub.model.imported import cyclic
 from hpcrub.model.interface import Interface, planar_interface
-from hpcrub.model.reduction import ReducedModel, craig_bampton, mistuned_modes, powers
+from hpcrub.model.reduction import ReducedModel, craig_bampton
 from hpcrub.model.second_order_planar import planar_second_order
 from hpcrub.model.tuned_basis import TunedBasis, tuned_basis
 from hpcrub.response.revolution import speed_bands
 from hpcrub.response.run_up import LANES as REPEATS
-from hpcrub.response.run_up import Asked
 from hpcrub.response.scene import RECORD_INTERVAL, Scene, enough
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup import imported
+from hpcrub.setup.aero import in_air
 from hpcrub.setup.casing import casing_modes_of
 from hpcrub.setup.laws import law_of
 
@@ -60,38 +58,6 @@ def build_model(config: Config) -> Model:
     """Build the tuned disk and its air. Raises InputError for impossible geometry or model file."""
     disk, reduced = imported.build(config) if config.disk.model else _planar(config)
     return Model(disk, in_air(config, reduced))
-
-
-def curve_of(config: Config) -> Curve:
-    """Damping ratio and frequency shift of every wave, given or from influence coefficients."""
-    given, n_blades = config.aero, config.disk.n_blades
-    if not given.influence:
-        return Curve(given.family - 1, *given.table(n_blades))
-    rows = [(row.blades, row.damping_ratio, row.frequency_shift) for row in given.influence]
-    return Curve(given.family - 1, *of_influence(n_blades, *np.array(rows).T))
-
-
-def in_air(config: Config, reduced: ReducedModel, speed: float | None = None) -> ReducedModel:
-    """The tuned disk with the air forces of an input, if any.
-
-    speed: of rotation, of which the shapes are on which the air acts [rad/s]; None: that of the
-    reduced model.
-    Raises InputError for a missing family.
-    """
-    if not config.aero.exists:
-        return reduced
-    tuned = mistuned_modes(reduced._replace(air=None), np.zeros(config.disk.n_blades), speed)
-    blades, angle = cyclic.tips(tuned, reduced.interface)
-    diameters = cyclic.nodal_diameters(blades, angle)
-    forward = blades[:, np.argsort(angle % (2.0 * np.pi))]
-    try:
-        air = air_of(curve_of(config), tuned.omega**2, diameters, forward)
-    except ValueError as error:
-        raise InputError(f"aero.family: {error}") from None
-    waves = reduced.tuned_modes.T @ reduced.mass @ tuned.shapes @ air.waves
-    slopes = [np.einsum("mr,mr->r", waves.conj(), K @ waves).real for K in reduced.stiffening]
-    air = air._replace(waves=waves, stiffening=np.array(slopes).reshape(-1, config.disk.n_blades))
-    return reduced._replace(air=air.at(-powers(tuned.speed, reduced.speed)))
 
 
 def _planar(config: Config) -> tuple[Any, Any]:
@@ -239,22 +205,6 @@ def scene_of(config: Config, interface: Interface | None = None) -> Scene:
         observes_stress=config.observes_stress,
         lanes=_lanes(config),
     )
-
-
-def asked_of(config: Config, spectra: bool = False) -> Asked:
-    """What is recorded of a run; spectra: whether spectra of the first repetition, too."""
-    limits = config.limits
-    amplitude = np.inf if limits.amplitude_mm is None else limits.amplitude
-    stress = np.inf
-    if limits.stress is not None and limits.stress_mpa_per_mm is not None:
-        amplitude = min(amplitude, limits.stress / limits.stress_per_metre)
-    elif limits.stress is not None:
-        stress = limits.stress
-    frequencies = config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies)
-    return Asked(
-        run_up.intervals(config), config.run_up.repeats, amplitude, stress,
-        frequencies if spectra else np.zeros(0),
-    )  # fmt: skip
 
 
 def _lanes(config: Config, are_shared: bool = False) -> Any:

@@ -25,8 +25,9 @@ from hpcrub.results.verdict import Finding
 from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.setup.aero import in_air
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
-from hpcrub.setup.problem import Model, build_model, in_air
+from hpcrub.setup.problem import Model, build_model
 from hpcrub.statistics.percentiles import finite, interval_in_words, with_interval
 
 ROUNDING = 1e-9  # share of the radial displacement below which a tangential one is rounding

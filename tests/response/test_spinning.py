@@ -17,8 +17,9 @@ from hpcrub.response.linear import engine_order_response, linear_peak
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup import plausibility
+from hpcrub.setup.aero import in_air
 from hpcrub.setup.disks import deviation
-from hpcrub.setup.problem import build_problem, in_air
+from hpcrub.setup.problem import build_problem
 from tests.model.test_aero import CURVE, N, R, config_in
 from tests.program import TINY
 

@@ -17,7 +17,8 @@ from hpcrub.ranks.runlog import RunLog, Work
 from hpcrub.response.run_up import Runner
 from hpcrub.runs import cost, execution
 from hpcrub.setup.disks import rubbing_modes
-from hpcrub.setup.problem import asked_of, build_problem
+from hpcrub.setup.problem import build_problem
+from hpcrub.setup.run_up import asked_of
 from hpcrub.studies import open_result
 from tests.plot.stored import PATTERN, PHYSICS
 from tests.program import TINY, lay_out, refusal

@@ -5,8 +5,9 @@ import pytest
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.setup.aero import curve_of
 from hpcrub.setup.input_files import with_tables
-from hpcrub.setup.problem import build_problem, curve_of
+from hpcrub.setup.problem import build_problem
 from tests.program import refusal
 
 DIAMETERS = [0, 1, 2, 3, 4, 5, 6, -5, -4, -3, -2, -1]  # wave r = 0 … 11 of twelve blades

@@ -22,7 +22,8 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
 from hpcrub.runs.study import Poll, Study
 from hpcrub.setup.disks import rubbing_modes
-from hpcrub.setup.problem import Problem, asked_of, build_problem
+from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.setup.run_up import asked_of
 from hpcrub.studies.contact.amplification import followed, peak, peak_status
 from hpcrub.studies.contact.limits import severities, severity
 

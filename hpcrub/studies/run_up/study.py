@@ -23,7 +23,8 @@ from hpcrub.runs.kept import Kept
 from hpcrub.runs.study import Poll, Study
 from hpcrub.setup import imported
 from hpcrub.setup.disks import deviation, rubbing_modes, run_deviation, sigma_of
-from hpcrub.setup.problem import Problem, asked_of
+from hpcrub.setup.problem import Problem
+from hpcrub.setup.run_up import asked_of
 from hpcrub.studies.contact.amplification import finer
 from hpcrub.studies.contact.study import APART, open_contact, require_complete
 from hpcrub.studies.run_up import summary
