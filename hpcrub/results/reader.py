@@ -94,7 +94,10 @@ class Results(ResultFile):
         except ImportError:
             raise InputError("xarray is not installed: pip install 'hpcrub[tables]'") from None
         if (name := SHORT.get(table, table)) not in self:
-            there = [*(short for short, of in SHORT.items() if of in self), "those of any dataset"]
+            there = [
+                *(short for short, of in SHORT.items() if of in self),
+                "any name in file.names()",
+            ]
             raise InputError(f"{self.path}: no table {table!r}; there are {', '.join(there)}")
         dimensions = self._rows(name)
         names = [n for n in self if self._rows(n) == dimensions and n not in dimensions]
