@@ -14,7 +14,7 @@ from hpcrub.contact.arrays import Bank, State, members_of_lanes
 from hpcrub.contact.jit import compiled
 
 STEP = 0.008  # from one rung of the ladder to the next, over the speed
-N_RUNGS = 8  # rungs in memory at once
+N_RUNGS = 8  # rungs in memory at once, at least
 N_PROBES = 3  # speeds that show which coefficients depend on the speed
 BESIDE = np.array([[-1], [0], [1], [2]])
 SET_APART = "step", "clearance"  # which are known without an interpolation
@@ -100,7 +100,7 @@ class Speeds:
     def _around(self, speeds_hz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The rung below each speed (S,), and Lagrange's weights of the four around it (4, S)."""
         place = np.searchsorted(self.rungs, speeds_hz, side="right") - 1
-        if not self.tables or place.min() < 1 or place.max() > N_RUNGS - 3:
+        if not self.tables or place.min() < 1 or place.max() > len(self.rungs) - 3:
             self._fill(speeds_hz)
             place = np.searchsorted(self.rungs, speeds_hz, side="right") - 1
         x = self.rungs[place + BESIDE]
@@ -117,10 +117,12 @@ class Speeds:
     def _fill(self, speeds_hz: np.ndarray) -> None:
         """Compute the rungs from speeds on, in the direction in which these have left the last."""
         falls = len(self.rungs) > 0 and speeds_hz.min() < self.rungs[N_RUNGS // 2]
-        last = speeds_hz.max() if falls else speeds_hz.min()
-        number = int(np.floor(np.log(last / self.first_hz) / np.log1p(STEP) + 1e-9))
-        bottom = number + 4 - N_RUNGS if falls else number - 2
-        self.rungs = self.first_hz * (1.0 + STEP) ** (bottom + np.arange(N_RUNGS))
+        ends = np.log([speeds_hz.min() / self.first_hz, speeds_hz.max() / self.first_hz])
+        low, high = np.floor(ends / np.log1p(STEP) + 1e-9).astype(int).tolist()
+        bottom, top = (high - 4, high + 4) if falls else (low - 2, low + 6)
+        # lanes of a rotor that gains speed fast are further apart
+        bottom, top = min(bottom, low - 2), max(top, high + 4)
+        self.rungs = self.first_hz * (1.0 + STEP) ** np.arange(bottom, top)
         there = of_lanes(self.bank_at(self.rungs))
         self.tables = {path: there[path] for path in self.changing}
 

@@ -129,6 +129,10 @@ class Runner:
     def result(self) -> Run:
         """Results of a run that is over."""
         self.spectra.write()
+        spectrum, seen = self.run.spectrum, np.isfinite(self.run.envelope[0])
+        for leg, interval in np.argwhere(seen & np.isnan(spectrum).all(axis=2)).tolist():
+            if interval:  # which a stretch passes that is counted with a slower one
+                spectrum[leg, interval] = spectrum[leg, interval - 1]
         return self.run
 
     def state(self) -> dict[str, np.ndarray]:

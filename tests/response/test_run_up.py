@@ -20,6 +20,7 @@ from hpcrub.setup.problem import build_problem
 from tests.program import TINY
 
 BORDERS = np.linspace(33.0, 36.0, 13)
+FAR = [30.5, 33.0, 36.0, 39.5]  # [Hz], of a rotor that gains speed fast against its own
 COATING = "contact: {law: abradable, coating: {yield_mpa: 0.5}}\n"
 
 
@@ -86,7 +87,13 @@ def test_coefficients_between_the_rungs_are_those_of_the_speed():
     bank = bank_at(np.full(4, 30.0))
     tables = retune.Speeds(bank, bank_at, 30.0, ends)
     assert len(tables.changing) > 3
-    for speeds in ([30.0, 30.1, 30.33, 30.4], [39.0, 39.02, 39.1, 39.1], [33.0, 32.9, 32.8, 32.7]):
+    for speeds in (
+        [30.0, 30.1, 30.33, 30.4],
+        [39.0, 39.02, 39.1, 39.1],
+        [33.0, 32.9, 32.8, 32.7],
+        FAR,
+        FAR[::-1],
+    ):
         speeds = np.array(speeds)
         tables.set(speeds, 1.0 / (speeds * grid.steps_per_revolution))
         exact, found = retune.of_lanes(bank_at(speeds)), retune.of_lanes(bank)
@@ -171,3 +178,11 @@ def test_the_strongest_frequency_is_that_of_the_bumps():
     strongest = frequencies[run.spectrum[0].argmax(axis=1)]
     middles = (BORDERS[1:] + BORDERS[:-1]) / 2.0
     np.testing.assert_allclose(strongest, 4.0 * middles, atol=2.0)
+
+
+def test_intervals_that_a_fast_run_passes_in_one_stretch_have_its_spectrum():
+    scene, modes = scene_and_modes(TINY)
+    asked = Asked(np.linspace(33.0, 36.0, 121), 1, frequencies_hz=np.arange(60.0, 300.0, 4.0))
+    run = run_up(modes, scene, Schedule([0.0, 0.5], [33.0, 36.0]), asked)
+    assert np.isfinite(run.envelope).all()
+    assert np.isfinite(run.spectrum).all()
