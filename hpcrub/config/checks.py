@@ -57,6 +57,9 @@ USELESS_WITHOUT = {
     "study: energy or run_up": ("sources",),
     "study: rare": ("limits.probability_error", "limits.probability_below"),
     "study: contact or run_up or threshold or rare": ("limits.amplitude_mm",),
+    "study: contact or run_up or threshold or rare or checklist or energy or time_response": (
+        "limits.stress_mpa",
+    ),
     "study: contact": ("convergence.stop_when_converged",),
     "limits.stress_mpa": ("limits.stress_mpa_per_mm",),
     "no casing.clearance_hz_mm or casing.clearance_s_mm": ("casing.clearance_mm",),
