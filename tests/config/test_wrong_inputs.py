@@ -167,7 +167,7 @@ IDLE = [
      "clearance_mm: 0.3 has no effect: it cannot be combined with casing.clearance_s_mm"),
     ("limits: {amplitude_mm: 9}",
      "limits.amplitude_mm: 9.0 has no effect: it goes with study: contact or run_up or threshold"),
-    ("study: linear\nlimits: {stress_mpa: 350}",
+    ("limits: {stress_mpa: 350}",
      "limits.stress_mpa: 350.0 has no effect: it goes with study: contact or run_up or threshold"),
     ("convergence: {stop_when_converged: true}", "no effect: it goes with study: contact, not mod"),
     ("casing: {smoothing_mm: 9}", "casing.profile_csv or casing.profile_mm, which is no"),
