@@ -312,6 +312,8 @@ def crossing_in_words(file: ResultFile) -> str:
     range_of = f"{name} from {value[0]:g} to {value[-1]:g}{unit} ({asked.key})"
     if not side.any():
         return f"{does} is not known yet to be above or below {target}; tried: {range_of}"
+    if not np.nan_to_num(file.read("peak_amplitude_m")).any():
+        return f"no blade touches the casing at any value tried, {range_of}: no limit is exceeded"
     certain = value[np.flatnonzero(side)]
     at = " and ".join(f"{v:g}" for v in dict.fromkeys(certain[[0, -1]]))
     is_ = f"{does} is {'below' if side.min() < 0 else 'above'} {target} at"

@@ -18,7 +18,7 @@ from hpcrub.ranks.runlog import Work
 from hpcrub.results.verdict import SINGLE, USELESS
 from hpcrub.runs import cost, job
 from hpcrub.statistics.percentiles import probability_interval
-from hpcrub.statistics.threshold import ABOVE, Search
+from hpcrub.statistics.threshold import ABOVE, BELOW, Search
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
@@ -197,6 +197,13 @@ def test_a_file_is_complete_once_its_answer_is_written_with_whatever_rounding(br
         assert not THRESHOLD.next_round(file).tasks
         file.write({"crossing": np.full(2, np.nan)}, ())  # as if killed before
         assert not THRESHOLD.is_enough(file)
+
+
+def test_no_contact_at_any_value_is_an_answer(tmp_path):
+    far = STUDY.replace("lowest: 0.2, highest: 1.4", "lowest: 3, highest: 4")
+    with open_result(computed(tmp_path, far, output="far.h5")) as file:
+        assert crossing_in_words(file).startswith("no blade touches the casing at any value tried")
+        assert (file.read("side")[[0, -1]] == BELOW).all()
 
 
 def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
