@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import bdtrc
 
 from hpcrub.config import run_up
 from hpcrub.config.schema import Config
@@ -28,6 +29,7 @@ from hpcrub.studies.contact.amplification import followed, peak, peak_status
 from hpcrub.studies.contact.limits import severities, severity
 
 EVERY = 50  # one disk in so many is followed longer, to see whether motions stay
+CHANCE = 0.05  # probability of so many in one direction by chance, below which it is none
 MOST_TOGETHER = 64  # disks that are integrated together, at most
 
 
@@ -166,7 +168,8 @@ def beyond(file: ResultFile) -> np.ndarray:
 def left_for_others(file: ResultFile) -> Iterator[Finding]:
     """Finding about disks that are followed longer, and then lie on the other side of a limit.
 
-    As many in either direction are chance, and leave a probability as it is.
+    As many in either direction are chance, and leave a probability as it is; so are a few in one
+    direction, which a coin shows as well with a probability above CHANCE.
     """
     before, after = severities(file) > 1.0, file.read("followed_severity")
     known = ~np.isnan(after)
@@ -174,8 +177,10 @@ def left_for_others(file: ResultFile) -> Iterator[Finding]:
     more, less = (np.count_nonzero(known & (after > 1.0) & ~before),
                   np.count_nonzero(known & (after <= 1.0) & before))  # fmt: skip
     if more + less:
+        by_chance = float(bdtrc(max(more, less) - 1, more + less, 0.5))
+        is_lost = abs(more - less) > MOST_LOST * n and by_chance < CHANCE
         yield Finding(
-            USELESS if abs(more - less) > MOST_LOST * n else SINGLE,
+            USELESS if is_lost else SINGLE,
             "motions that do not stay",
             f"of {counted(n, 'disk')} that were followed four times as long, to see whether their "
             f"motion stays, the limit is exceeded only then by {more}, and no more by {less}: "
