@@ -126,7 +126,7 @@ def advance_tiles(
             v.tile_advance(force, first, state, scheme, before, external, step, None)
 
 
-@compiled(inner=True)
+@compiled(inline=True, inner=True)
 def advance_real(lanes: tuple, bank: Bank, step: int, n_slots: int, h: int) -> None:
     """Predictor of the real modes with h nodal diameters, and corrector of some (modified)."""
     begin, middle, end = bank.basis.begins[h], bank.basis.ends[h], bank.basis.begins[h + 1]
@@ -138,7 +138,7 @@ def advance_real(lanes: tuple, bank: Bank, step: int, n_slots: int, h: int) -> N
     advance_tiles(lanes, ONE, bank, step, n_slots, h, whole, end, None)
 
 
-@compiled(inner=True)
+@compiled(inline=True, inner=True)
 def advance_waves(lanes: tuple, bank: Bank, step: int, h: int) -> None:
     """Predictor of the complex modes with h nodal diameters (bank is modified)."""
     zero = v.splat(lanes, 0.0)
@@ -312,7 +312,7 @@ class Cyclic(CyclicArrays):
                 correct_pair(lanes, bank, n_slots, basis.diameters[k], k)
 
     @staticmethod
-    @compiled(inner=True)
+    @compiled(inline=True, inner=True)
     def displace(lanes: tuple, bank: Bank, bent: Any) -> None:
         """Find the tangential motion of all points, and the bent modes, as `Dense.displace`."""
         basis, n = bank.basis, bank.basis.normal.shape[1]

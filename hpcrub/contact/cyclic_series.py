@@ -53,7 +53,7 @@ def blade_force(lanes: tuple, basis: CyclicArrays, late: Any, j: int, b: int) ->
     return force
 
 
-@compiled(inner=True)
+@compiled(inline=True, inner=True)
 def find_late_forces(lanes: tuple, basis: CyclicArrays, late: Any) -> None:
     """Series over the blades of the forces on their modes (basis is modified).
 
@@ -76,7 +76,7 @@ def find_late_forces(lanes: tuple, basis: CyclicArrays, late: Any) -> None:
             v.store(basis.late, v.consecutive(TIPS, (j + n_each) * stride + first), o)
 
 
-@compiled(inner=True)
+@compiled(inline=True, inner=True)
 def move_blades(lanes: tuple, basis: CyclicArrays) -> None:
     """Take the motion of the blade modes from their series (basis is modified)."""
     n, n_each = basis.blade.shape[1], basis.local.shape[0] // basis.n_blades
@@ -88,7 +88,7 @@ def move_blades(lanes: tuple, basis: CyclicArrays) -> None:
             v.store(basis.local, at, on_blade(lanes, basis, b))
 
 
-@compiled(inner=True)
+@compiled(inline=True, inner=True)
 def find_bent(lanes: tuple, basis: CyclicArrays, bent: np.ndarray) -> None:
     """Bent modes at the end of the step, by their motion in the step before (bent, modified)."""
     p, n_each = basis.bent.shape

@@ -182,7 +182,7 @@ class Dense(NoArrays):
             v.tile_advance(force, k, state, scheme, None, None, None, None)
 
     @staticmethod
-    @compiled(inner=True)
+    @compiled(inline=True, inner=True)
     def displace(lanes: tuple, bank: Bank, bent: Any) -> None:
         """Find the tangential motion of all points, and the bent modes of all blades.
 

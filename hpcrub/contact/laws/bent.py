@@ -165,7 +165,7 @@ class Bent(BentArrays):
             own[: len(points), : len(points)] = found
 
     @staticmethod
-    @compiled(inner=True)
+    @compiled(inline=True, inner=True)
     def displace(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> np.ndarray:
         """Penetrations of the displaced points (bank is modified).
 
@@ -309,7 +309,7 @@ class Bent(BentArrays):
         return end
 
 
-@compiled(inner=True)
+@compiled(inline=True, inner=True)
 def multiply(lanes: tuple, bent: BentArrays, state: State) -> None:
     """Products of the bent modes, and what they push and show (bent, state are modified)."""
     p, n_products, n_pairs = bent.n_bent, bent.force.shape[0], bent.displacement.shape[1] // 2
