@@ -233,8 +233,7 @@ class Team:
         tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); rank 0's are used.
         compute(task, poll): called on any rank; must call poll() many times a second and let
         Interrupted pass; returns a small picklable result. on_result(task, result): called on rank
-        0 in order of completion; may add urgent tasks; returns a true value when no further task is
-        needed.
+        0 in order of completion; returns a true value when no further task is needed.
         Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
         """
         side: Any = Worker(self, compute)

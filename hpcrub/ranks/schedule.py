@@ -21,7 +21,7 @@ class Tasks:
     """Independent tasks, first come, first served."""
 
     def __init__(self, tasks: Iterable[Any] = ()) -> None:
-        self.urgent: deque[Any] = deque()  # tasks that others may have to wait for
+        self.urgent: deque[Any] = deque()  # tasks that go before all others
         self.others = deque(tasks)
 
     def __len__(self) -> int:

@@ -36,10 +36,12 @@ class Lock:
 
     def _locked(self, path: Any) -> Any:
         """Lock the file; returns False when its name has meanwhile passed to another file."""
-        with contextlib.suppress(FileExistsError):
-            os.close(os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666))
+        flags = os.O_RDWR | os.O_CREAT
+        try:
+            found = os.open(self.path, flags | os.O_EXCL, 0o666)
             self._is_new = True
-        found = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
+        except FileExistsError:
+            found = os.open(self.path, flags, 0o666)
         self._file = open(found, "r+b", buffering=0)  # noqa: SIM115, closed by release
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
