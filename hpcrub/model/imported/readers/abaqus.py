@@ -13,7 +13,6 @@ from hpcrub.model.imported.readers.nodal import cylindrical
 from hpcrub.model.imported.readers.rows import File, Files, Lists, Mesh, Rows, arrays_of, whole
 from hpcrub.model.imported.readers.text import content
 
-KINDS = "STIF", "MASS"
 STEP = (
     "a step with *MATRIX GENERATE, STIFFNESS, MASS and *MATRIX OUTPUT, STIFFNESS, MASS, "
     "FORMAT=MATRIX INPUT"
