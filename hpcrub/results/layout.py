@@ -14,7 +14,7 @@ from hpcrub.response.quantities import Quantity
 
 # Number of the layout, an attribute of every file. Whoever changes the name, the dimensions or the
 # meaning of a dataset raises it.
-NUMBER = 7
+NUMBER = 8
 
 Values = tuple[str, Any, Any]  # dataset, where in it, values
 

@@ -12,7 +12,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
 from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.aero import curve_of
-from hpcrub.setup.problem import second_order_size
+from hpcrub.setup.problem import allows_second_order, left_out, second_order_size
 from hpcrub.statistics.percentiles import Z_95, confidence
 
 # first words of warnings of `setup.plausibility` that a verdict repeats
@@ -31,8 +31,13 @@ def not_resolved(warnings: list[str]) -> Iterator[Finding]:
             yield Finding(SINGLE, why, line)
 
 
-def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
-    """Findings about motions too large for small displacements; sizes: of the tips' motions [m]."""
+def kinematics(
+    config: Config, sizes: npt.ArrayLike, computed: Finding | None = None
+) -> Iterator[Finding]:
+    """Findings about motions too large for small displacements; sizes: of the tips' motions [m].
+
+    computed: what a run to second order says, which takes the place of an estimate.
+    """
     largest, radius = float(np.max(np.nan_to_num(sizes), initial=0.0)), config.disk.tip_radius
     if largest > FAR * radius:
         yield Finding(
@@ -42,31 +47,40 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
             "linear model of the blades can describe: more clearance, damping or a lower casing",
         )
         return
-    reach, size = config.casing.outline.highest - config.clearance, second_order_size(config)
     if config.contact.bends:
-        yield from _third_order(largest, size)
-        return
-    shift = largest**2 * (size[0] if size else 0.5 / radius)
+        yield from _third_order(config, largest)
+    elif computed:
+        yield computed
+    else:
+        yield from _estimate(config, largest)
+
+
+def _estimate(config: Config, largest: float) -> Iterator[Finding]:
+    """Finding about what small displacements leave out of a motion of a size [m], by a formula."""
+    shift, reach = left_out(config, largest)
     if reach <= 0.0 or abs(shift) < SMALL * reach:
         return
     way = "outwards" if shift > 0.0 else "inwards"
     known = f"a tip off its circle stands {way} by {1e3 * abs(shift):.2g} mm, as the blade is bent"
-    change = "contact.kinematics: second_order computes with that; without it"
-    if size is None:
+    change = "contact.kinematics: second_order computes with that, and a checklist what it changes"
+    if second_order_size(config) is None:
         known = f"a tip leaves its circle, {way} by u²/2R = {1e3 * shift:.2g} mm, and a bent blade "
         known += "is shorter, by as much or more"
         change = "the model file does not tell how its blades bend (hpcrub import --second-order)"
+    elif not allows_second_order(config):
+        change = "no second order goes with a casing that vibrates or a law of one's own"
     yield Finding(
         SINGLE,
         "large displacements",
         f"small displacements leave out that {known}: {abs(shift) / reach:.2g} times as much as "
-        f"the casing reaches into the tips' path; {change}: compare disks by ratios, and sign no "
-        "millimetres or MPa",
+        f"the casing reaches into the tips' path; {change}: sign no millimetres or MPa without "
+        "that, nor ratios of disks",
     )
 
 
-def _third_order(largest: float, size: tuple[float, ...] | None) -> Iterator[Finding]:
+def _third_order(config: Config, largest: float) -> Iterator[Finding]:
     """Finding about what the second order leaves out in a motion of a size [m]."""
+    size = second_order_size(config)
     left_out = (largest * size[1]) ** 2 if size else np.nan
     yield Finding(
         SINGLE if left_out > THIRD else REMARK,

@@ -172,6 +172,23 @@ def second_order_size(config: Config) -> tuple[float, ...] | None:
     return planar_second_order(disk, whole, config.disk, config.material).size
 
 
+def left_out(config: Config, size: float) -> tuple[float, float]:
+    """What small displacements leave out of the place of a tip that moves by `size` [m].
+
+    Returns the shift of the tip outwards, u²/2R where the model file tells none, and how far the
+    casing reaches into the tips' path [m].
+    """
+    told = second_order_size(config)
+    shift = size**2 * (told[0] if told else 0.5 / config.disk.tip_radius)
+    return shift, config.casing.outline.highest - config.clearance
+
+
+def allows_second_order(config: Config) -> bool:
+    """Whether an input of small displacements can be computed to second order as well."""
+    fits = not (config.contact.bends or config.casing.vibrates or config.contact.own_law)
+    return fits and (config.disk.model is None or config.disk.second_order_per_m is not None)
+
+
 def scene_of(config: Config, interface: Interface | None = None) -> Scene:
     """Casing, contact, time step, steady-state test of a configuration, without a law of its own.
 

@@ -24,6 +24,7 @@ from hpcrub.runs import findings
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import deviation, run_deviation
+from hpcrub.setup.problem import allows_second_order
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.trials import Case, Trials, table
 
@@ -51,9 +52,7 @@ def _higher_harmonics(c: Any) -> dict[Any, Any]:
 
 def _second_order(c: Any) -> dict[Any, Any]:
     """Displacements to second order, where the model tells it and the contact law allows it."""
-    fits = not (c.contact.bends or c.casing.vibrates or c.contact.own_law)
-    known = c.disk.model is None or c.disk.second_order_per_m is not None
-    return {"contact.kinematics": "second_order"} if fits and known else {}
+    return {"contact.kinematics": "second_order"} if allows_second_order(c) else {}
 
 
 CHANGES = (

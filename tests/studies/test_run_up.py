@@ -189,6 +189,21 @@ def test_results_fit_each_other(study):
     np.testing.assert_array_equal(found["samples/amplification"], ratio)
 
 
+def test_a_leg_in_which_the_tuned_disk_hardly_moves_has_no_amplification(study, tmp_path):
+    """A run down in which only mistuned disks touched the casing had amplifications up to 435."""
+    path = shutil.copy(study[1], tmp_path / "one.h5")
+    with open_result(path, mode="r+") as file:
+        peaks = file.read("tuned/peak_amplitude_m")
+        for share, told in ((0.5, True), (0.05, False)):
+            peaks[0, :, 1] = share * np.median(peaks[0, :, 0])
+            file.write({"tuned/peak_amplitude_m": peaks}, ())
+            known = np.isfinite(summary.amplifications(file))
+            assert known[..., 0, 1].all() == told == known[..., 0, 1].any()
+            assert known[..., 0].all()
+            said = [f.advice for f in summary.findings(file) if f.why == "no reference"]
+            assert [line.startswith("down at 2 Hz/s") for line in said] == [True] * (not told)
+
+
 def test_the_answer_is_of_all_rates_and_of_mistuned_disks_and_has_the_limits(study):
     """The box of a report had the tuned disk at the first rate alone, and "a limit"."""
     _, path = study

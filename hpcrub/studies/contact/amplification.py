@@ -87,6 +87,11 @@ class Integrated(NamedTuple):
         """Number of time steps at all speeds, those of the checks included."""
         return sum(sweep.n_steps for sweep in (self.result, *self.checks.values()) if sweep)
 
+    def peak(self, speeds_hz: np.ndarray) -> tuple[float, float]:
+        """The `peak` of a disk that did not fail, of all speeds."""
+        assert self.result is not None
+        return peak(self.result, speeds_hz)
+
 
 def values_of(config: Config, found: Integrated) -> dict[str, Any]:
     """Results of one disk by their names in the result file: at every speed, and largest ones.
@@ -182,9 +187,16 @@ def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
 
 
 def write_tuned(
-    config: Config, problem: Problem, file: ResultFile, found: list[Integrated]
+    config: Config,
+    problem: Problem,
+    file: ResultFile,
+    found: list[Integrated],
+    more: dict[str, Any],
 ) -> None:
-    """Write the results of the tuned disk; found: all its runs (`tuned_run`)."""
+    """Write the results of the tuned disk.
+
+    found: all its runs (`tuned_run`); more: further datasets that come before it is complete.
+    """
     alike, n = np.zeros(config.disk.n_blades), config.mistuning.tuned_runs
     modes = mistuned_modes(problem.reduced, alike)
     every = [values_of(config, run) for run in found]
@@ -200,6 +212,7 @@ def write_tuned(
     known = finite(values["run_peaks_m"])
     values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
     values["linear_amplitude_m"] = linear_amplitude(config, problem, modes, alike)
+    file.write(more, ())
     contact_file.write_tuned(file, values)
 
 

@@ -18,7 +18,7 @@ from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding, 
 from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import survey
+from hpcrub.studies.contact import second_order, survey
 
 NO_CONTACT = (
     "no contact: the casing reaches the blades at no speed, so that no disk moves and no limit is "
@@ -62,7 +62,7 @@ def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
         advice = "no mistuned disk is finished; the same input with --resume goes on"
         yield Finding(USELESS, "no mistuned disk is finished", advice)
     yield from findings.disks_without_result(lost, n * len(config.levels), missing)
-    yield from findings.kinematics(config, counts.largest)
+    yield from second_order.of_displacements(file, counts.largest)
     growth = counts.growing, int(counts.reasons[GROWING]), counts.n_points, counts.shows
     yield from findings.growing(config, *growth)
     yield from effects.findings(file)

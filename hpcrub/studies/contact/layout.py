@@ -13,6 +13,7 @@ from hpcrub.response.sweep import SweepResult
 from hpcrub.results import samples
 from hpcrub.results.layout import LEVELS, SPEEDS, Dataset, datasets
 from hpcrub.results.verdict import MOST_ADVICE, SEVERITIES
+from hpcrub.setup.problem import allows_second_order
 
 AMPLIFICATION = Kind("contact", "amplification", "1", "contact amplifications", "A_nl")
 LINEAR = Kind("linear", "linear_amplification", "1", "linear amplifications", "A_lin")
@@ -31,6 +32,12 @@ TUNED = (
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
 )
+_BENT = "to second order, of the tuned disk and the first samples of the last level"
+SECOND_ORDER = (
+    Dataset("tuned/second_order_peak_m", ("bent",), "m",
+            f"largest amplitude over the speeds {_BENT}; NaN: not computed, infinite: no result"),
+    Dataset("tuned/second_order_speed_hz", ("bent",), "Hz", f"speed of that amplitude {_BENT}"),
+)  # fmt: skip
 SYMMETRIC = (
     Dataset("tuned/symmetric_amplitude_m", _S, "m", f"amplitude {_EQUAL}"),
     Dataset("tuned/symmetric_peak_m", (), "m", f"largest amplitude over the speeds {_EQUAL}"),
@@ -79,6 +86,8 @@ def layout(config: Config) -> Iterator[Dataset]:
     yield from TUNED
     yield from SYMMETRIC if config.mistuning.reference == "staying" else ()
     yield from datasets("tuned", (), of_disk)
+    can_be_bent = config.mistuning.checked_samples and allows_second_order(config)
+    yield from SECOND_ORDER if can_be_bent else ()
     yield from (dataset for e in there for dataset in e.datasets.get("contact", ()))
     yield Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR)
     yield Dataset(

@@ -8,6 +8,7 @@ The tuned disk comes first, on all ranks: amplifications of the samples are rela
 
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,12 +24,14 @@ from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Disk
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.runs.job import Job
+from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, own_modes_of, rubbing_modes
+from hpcrub.setup.problem import Problem
 from hpcrub.statistics import percentiles
-from hpcrub.studies.contact import amplification, findings
+from hpcrub.studies.contact import amplification, findings, second_order
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.layout import kinds
-from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts, together
+from hpcrub.studies.contact.tasks import ContactTasks, SweepPart, most_parts, n_parts, together
 
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
 BAD_NUMBERS = (np.linalg.LinAlgError, ArithmeticError, ValueError)  # fail a sample, not the study
@@ -129,27 +132,54 @@ class MonteCarlo(Job):
         return self.reference, len(self.tasks)
 
     def _tuned_disk(self) -> Any:
-        """Compute and write the runs of the tuned disk (all ranks); returns the Reference."""
-        n_runs, n_speeds = amplification.n_runs(self.config), len(self.speeds_hz)
-        cut = n_parts(n_runs, self.team.size, most_parts(n_speeds))
-        parts: list[dict[int, Any]] = [{} for _ in range(n_runs)]  # Integrated (rank 0)
-        n_done = 0
+        """Compute and write the runs of the tuned disk (all ranks); returns the Reference.
 
-        def collect(task: TunedPart, found: Any) -> None:
-            nonlocal n_done
-            self.work += Work(0, found.n_steps, found.seconds)
-            parts[task.run][task.part] = found
-            n_done += int(np.count_nonzero(found.result.point_status))
-            self.progress.part("speeds of the tuned disk", n_done, n_runs * n_speeds)
+        Some disks follow with displacements to second order, where these make a difference.
+        """
+        config, problem, n = self.config, self.prepared, amplification.n_runs(self.config)
+        run = partial(amplification.tuned_run, config, problem)
+        runs = self._sweeps(n, run, "speeds of the tuned disk", first_checked=True)
+        bent: list[Any] = []
+
+        def to_second_order() -> Problem | None:
+            return second_order.problem_of(config, runs[0].peak(self.speeds_hz)[0])
 
         def write() -> Any:
-            wholes = [amplification.join(run) for run in parts]
-            amplification.write_tuned(self.config, self.prepared, self.file, wholes)
-            return amplification.reference_of(self.file, self.prepared)
+            more = second_order.values_of(config, bent)
+            amplification.write_tuned(config, problem, self.file, runs, more)
+            return amplification.reference_of(self.file, problem)
 
-        tasks = [TunedPart(run, part, cut) for run in range(n_runs) for part in range(cut)]
-        self.team.run_tasks(tasks, self._compute_tuned, collect)
+        if further := self.team.on_root(to_second_order):
+            warm_up(self.team, config, further, histories=False)
+            disk = partial(second_order.disk, config, further)
+            bent = self._sweeps(second_order.n_disks(config), disk, "speeds to second order")
         return self.team.on_root(write)
+
+    def _sweeps(self, n: int, disk_of: Any, what: str, first_checked: bool = False) -> list[Any]:
+        """Sweep n disks on all ranks, before the samples; returns an Integrated of each (rank 0).
+
+        disk_of: gives modes and scene of a disk by its number; what: is counted.
+        """
+        n_speeds, n_done = len(self.speeds_hz), 0
+        cut = n_parts(n, self.team.size, most_parts(n_speeds))
+        parts: list[dict[int, Any]] = [{} for _ in range(n)]
+
+        def compute(task: SweepPart, poll: Any) -> Any:
+            modes, scene = disk_of(task.disk)
+            checked = [first_checked and task.disk == 0]
+            ((_, found),) = self._integrate([Disk(modes, self._part(task))], scene, poll, checked)
+            return found
+
+        def collect(task: SweepPart, found: Any) -> None:
+            nonlocal n_done
+            self.work += Work(0, found.n_steps, found.seconds)
+            parts[task.disk][task.part] = found
+            n_done += int(np.count_nonzero(found.result.point_status))
+            self.progress.part(what, n_done, n * n_speeds)
+
+        tasks = [SweepPart(disk, part, cut) for disk in range(n) for part in range(cut)]
+        self.team.run_tasks(tasks, compute, collect)
+        return [amplification.join(of_disk) for of_disk in parts] if self.team.rank == 0 else []
 
     def _pending(self) -> Iterator[Any]:
         """Pairs (level, sample) of the samples to compute."""
@@ -158,13 +188,6 @@ class MonteCarlo(Job):
                 yield int(level), sample
 
     # any rank
-
-    def _compute_tuned(self, task: TunedPart, poll: Any) -> Any:
-        """Integrate a part of a run of the tuned disk; returns the Integrated."""
-        tuned, scene = amplification.tuned_run(self.config, self.prepared, task.run)
-        disks = [Disk(tuned, self._part(task))]
-        ((_, response),) = self._integrate(disks, scene, poll, [task.run == 0])
-        return response
 
     def _compute(self, task: Any, poll: Any) -> Any:
         """Write whole samples and return their Outcomes; of a part of one return the Integrated."""

@@ -19,13 +19,14 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Run, Study
 from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
-from hpcrub.studies.contact import findings, layout, summary
+from hpcrub.studies.contact import findings, layout, second_order, summary
 from hpcrub.studies.contact.amplification import n_runs
 from hpcrub.studies.contact.file import is_untouched
 from hpcrub.studies.contact.limits import limit_lines
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
 COST_OF_CHECKS = 5  # of a checked disk: half the step takes 2, four times the time 2 to 3
+SECOND_ORDER = 8, 2  # cost of a disk to second order: planar, and of a model file
 # keys and sections in which a study may differ from the contact study that it starts from
 APART = (
     *("study", "sources", "mistuning.", "convergence.", "limits."),
@@ -64,6 +65,7 @@ class Contact(Study):
             "run": config.mistuning.tuned_runs,
             "line": layout.MOST_LINES,
             "friction": 2,
+            "bent": second_order.n_disks(config),
             "block": len(config.samples) // config.convergence.step,
         }
 
@@ -82,7 +84,8 @@ class Contact(Study):
         n_disks = len(config.levels) * len(config.samples) + n_runs(config)
         most = config.mistuning.checked_samples
         checked = 1 + sum(n < most for n in config.samples) if most else 0
-        return Cost(n_disks + COST_OF_CHECKS * checked, disks=n_disks)
+        bent = SECOND_ORDER[config.disk.model is not None] * second_order.n_disks(config)
+        return Cost(n_disks + COST_OF_CHECKS * checked + bent, disks=n_disks)
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""

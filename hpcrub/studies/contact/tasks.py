@@ -10,10 +10,10 @@ PART = 8  # speeds of a part: as many as the kernel integrates at once, at least
 FULL = 8  # speeds of samples for each lane, with which few lanes idle at the end
 
 
-class TunedPart(NamedTuple):
-    """Every n_parts-th speed of one run of the tuned disk."""
+class SweepPart(NamedTuple):
+    """Every n_parts-th speed of one disk that is swept before the samples."""
 
-    run: int = 0
+    disk: int = 0
     part: int = 0
     n_parts: int = 1
 

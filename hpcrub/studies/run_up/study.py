@@ -57,7 +57,8 @@ LAYOUT = (
     Dataset("samples/deviation", ("level", "sample", "blade"), "1", "stiffness deviations"),
     Dataset(
         "samples/amplification", ("level", "sample", "rate", "leg"), "1",
-        "median peak of the repetitions over that of the tuned disk in the same leg"),
+        "median peak of the repetitions over that of the tuned disk in the same leg; NaN: that one "
+        "hardly moves"),
     Dataset("tuned/run_status", ("rate",), "1", "0 pending, 1 done", "u1"),
 )  # fmt: skip
 STEADY = (

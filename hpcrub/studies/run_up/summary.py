@@ -21,6 +21,7 @@ STEP_ERROR = 0.05  # effect of half the time step on a peak from which on it is 
 GRAVITY = 9.81  # [m/s²]
 CANTILEVER = 1.57  # participation of the first mode of a clamped beam in an even load, at its tip
 FAINT = 1e-2  # of the largest peak: smaller ones are no vibrations
+HARDLY = 0.1  # of a tuned disk's peak in another leg: no reference of an amplification
 STRAY = 0.02  # of the casing's reach: a deflection by the Euler force that is told
 LOST = 0.01  # share of runs without a result, above which no percentile is usable
 
@@ -41,8 +42,17 @@ def _median(values: np.ndarray) -> Any:
 
 
 def amplifications(file: ResultFile) -> np.ndarray:
-    """Peak of every sample over that of the tuned disk in the same leg (V, n, rate, leg) [-]."""
-    return _over(of_disks(file), of_tuned(file))
+    """Peak of every sample over that of the tuned disk in the same leg (V, n, rate, leg) [-].
+
+    NaN in legs in which the tuned disk hardly moves.
+    """
+    return np.where(_hardly_moves(file), np.nan, _over(of_disks(file), of_tuned(file)))
+
+
+def _hardly_moves(file: ResultFile) -> np.ndarray:
+    """Legs in which the tuned disk moves little, beside its other legs at the rate (rate, leg)."""
+    sizes = of_tuned(file)
+    return sizes < HARDLY * np.fmax.reduce(sizes, axis=1, keepdims=True)
 
 
 def _over(values: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -286,6 +296,7 @@ def findings(file: ResultFile) -> Iterator[Finding]:
             f"half the time step changes the tuned disk's peaks by {100.0 * step:.2g} %: a smaller "
             "time.step_s, or more run_up.repeats where the motion is irregular",
         )  # fmt: skip
+    yield from _without_reference(file)
     yield from _of_other_speeds(file)
     yield from _above_steady(file)
     yield from _at_the_ends(file)
@@ -298,6 +309,19 @@ def findings(file: ResultFile) -> Iterator[Finding]:
     yield from common.kinematics(config, _of_all(file, "peak_amplitude_m"))
     if config.pattern_deviation is None:
         yield from common.too_few_samples(config.convergence.percentiles, len(config.samples))
+
+
+def _without_reference(file: ResultFile) -> Iterator[Finding]:
+    """Finding about legs in which the tuned disk is no reference of an amplification."""
+    still, sizes, legs = _hardly_moves(file), of_tuned(file), leg_names(file)
+    for rate, leg in np.argwhere(still)[:1]:
+        where = f"{legs[leg]} at {file.read('hz_per_s')[rate]:g} Hz/s"
+        yield Finding(
+            REMARK, "no reference",
+            f"{where} the tuned disk moves by {1e3 * sizes[rate, leg]:.2g} mm only, and by "
+            f"{1e3 * np.nanmax(sizes[rate]):.3g} mm in another leg: no A is told there, nor in "
+            f"other such legs, {still.sum()} in all",
+        )  # fmt: skip
 
 
 def _of_other_speeds(file: ResultFile) -> Iterator[Finding]:

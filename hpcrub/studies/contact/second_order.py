@@ -1,0 +1,107 @@
+"""What small displacements leave out: some disks of a study, once more to second order.
+
+The tuned disk goes first, then the first samples of the last level.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.config.text import counted, percent
+from hpcrub.model.reduction import Modes
+from hpcrub.response.scene import Scene
+from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding
+from hpcrub.runs import findings
+from hpcrub.setup.disks import deviation, rubbing_modes
+from hpcrub.setup.problem import Problem, allows_second_order, build_problem, left_out
+from hpcrub.statistics.percentiles import finite
+from hpcrub.studies.contact.amplification import Integrated, tuned_run
+
+FURTHER = 2.0  # times as far as the tuned disk mistuned ones may move
+MOST = 2  # mistuned disks that are computed to second order
+FAR_OFF = 0.2  # change of an amplification above which no percentile is worth much
+KEY = "contact.kinematics: second_order"
+PEAK, SPEED = "tuned/second_order_peak_m", "tuned/second_order_speed_hz"
+
+
+def n_disks(config: Config) -> int:
+    """Number of disks to second order, 0: of a study that checks none, or knows no second order."""
+    n = min(config.mistuning.checked_samples, config.mistuning.samples, MOST)
+    return 1 + n if n and allows_second_order(config) else 0
+
+
+def problem_of(config: Config, tuned_peak: float) -> Problem | None:
+    """The problem to second order; None where that matters little, or cannot be told.
+
+    tuned_peak: of the tuned disk at small displacements [m].
+    """
+    shift, reach = left_out(config, FURTHER * tuned_peak)
+    if not n_disks(config) or not abs(shift) >= findings.SMALL * reach > 0.0:
+        return None
+    return build_problem(config.replace({"contact.kinematics": "second_order"}))
+
+
+def disk(config: Config, problem: Problem, number: int) -> tuple[Modes, Scene]:
+    """Modes and scene of a disk to second order."""
+    if number == 0:
+        return tuned_run(config, problem, 0)
+    blades = deviation(config, config.levels[-1], number - 1)
+    return rubbing_modes(config, problem, blades), problem.scene
+
+
+def values_of(config: Config, found: Sequence[Integrated]) -> dict[str, Any]:
+    """Values of the disks by the names of their datasets; NaN: not computed, infinite: none."""
+    peaks = [disk.peak(config.speeds.values_hz) for disk in found]
+    sizes, speeds = np.reshape(peaks, (-1, 2)).T
+    return {PEAK: np.nan_to_num(sizes, nan=np.inf), SPEED: speeds} if peaks else {}
+
+
+def of_displacements(file: ResultFile, sizes: np.ndarray) -> Iterator[Finding]:
+    """Findings about the size of motions; sizes: largest amplitudes of the disks [m]."""
+    computed = PEAK in file and not np.isnan(file.read(PEAK)[0])
+    told = _finding(file, float(np.max(sizes, initial=0.0))) if computed else None
+    yield from findings.kinematics(file.config, sizes, told)
+
+
+def _finding(file: ResultFile, largest: float) -> Finding:
+    """What the disks to second order say; largest: motion of all disks [m]."""
+    before, after = float(file.read("tuned/peak_amplitude_m")), file.read(PEAK)
+    begin = "to second order, with the shift of a tip by the bending of its blade, "
+    if not np.isfinite(after[0]):
+        advice = f"{begin}the tuned disk has no result at any speed: {KEY} says why"
+        return Finding(USELESS, "outside small displacements", advice)
+    change = after[0] / before - 1.0
+    speeds = float(file.read("tuned/peak_speed_hz")), float(file.read(SPEED)[0])
+    was, now = (
+        f"{1e3 * size:.3g} mm at {speed:.5g} Hz"
+        for size, speed in zip((before, after[0]), speeds, strict=True)
+    )
+    advice = f"{begin}the peak of the tuned disk is {now}, not {was} ({_signed(change)} %)"
+    if speeds[1] in file.config.speeds.values_hz[[0, -1]]:
+        advice += ", and may be higher beyond that speed"
+    ratios = _change_of_amplifications(file, before, after)
+    if len(ratios):
+        by = " to ".join(dict.fromkeys(_signed(end) for end in (ratios.min(), ratios.max())))
+        advice += f", and A_nl of {counted(len(ratios), 'disk')} changes by {by} %"
+    why = f"second order moves the tuned peak by {_signed(change)} %"
+    if np.abs(ratios).max(initial=0.0) > FAR_OFF:
+        return Finding(USELESS, why, f"{advice}: {KEY}")
+    if abs(change) * max(largest / before, 1.0) ** 2 > MOST_LOST:
+        return Finding(SINGLE, why, f"{advice}: {KEY} for millimetres and MPa")
+    return Finding(REMARK, why, advice)
+
+
+def _change_of_amplifications(file: ResultFile, before: float, after: np.ndarray) -> np.ndarray:
+    """Relative changes of amplifications by the second order, where both are known."""
+    numbers = np.array(file.config.samples)
+    there = numbers[numbers < len(after) - 1]
+    small = file.read("samples/peak_amplitude_m", (-1, slice(len(there)))) / before
+    return finite(after[1 + there] / after[0] / small - 1.0)
+
+
+def _signed(share: float) -> str:
+    """A share in per cent, with its sign."""
+    return f"{'-' if share < 0.0 else '+'}{percent(abs(share))}"
