@@ -28,9 +28,20 @@ PEAK, SPEED = "tuned/second_order_peak_m", "tuned/second_order_speed_hz"
 
 
 def n_disks(config: Config) -> int:
-    """Number of disks to second order, 0: of a study that checks none, or knows no second order."""
-    n = min(config.mistuning.checked_samples, config.mistuning.samples, MOST)
+    """Number of disks to second order, 0: of a study that checks none, or knows no second order.
+
+    It is that of every part of the study, and of the study with more samples.
+    """
+    n = min(config.mistuning.checked_samples, len(_drawn(config).samples), MOST)
     return 1 + n if n and allows_second_order(config) else 0
+
+
+def _drawn(config: Config) -> Config:
+    """The configuration of the whole study, in which MOST samples can be drawn, if there are."""
+    n = config.mistuning.samples
+    if config.mistuning.pattern_file is None:
+        n = max(n, MOST)
+    return config.replace({"part.samples": None, "mistuning.samples": n})
 
 
 def problem_of(config: Config, tuned_peak: float) -> Problem | None:
@@ -48,7 +59,7 @@ def disk(config: Config, problem: Problem, number: int) -> tuple[Modes, Scene]:
     """Modes and scene of a disk to second order."""
     if number == 0:
         return tuned_run(config, problem, 0)
-    blades = deviation(config, config.levels[-1], number - 1)
+    blades = deviation(_drawn(config), config.levels[-1], number - 1)
     return rubbing_modes(config, problem, blades), problem.scene
 
 

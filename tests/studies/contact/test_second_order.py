@@ -7,6 +7,7 @@ from hpcrub import studies
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import DONE
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS
+from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import findings, second_order
@@ -64,3 +65,17 @@ def test_they_are_computed_where_they_matter_and_can_be():
     assert second_order.problem_of(config, 0.03).reduced.interface.second_order
     for keys in ({"mistuning.checked_samples": 0}, {"contact.kinematics": "second_order"}):
         assert second_order.problem_of(config.replace(keys), 0.03) is None
+
+
+def test_a_part_and_a_smaller_study_have_the_disks_of_the_whole():
+    """Parts are merged, and a study of few samples is a part of one with more."""
+    whole = Config.from_yaml(CHECKED).replace(
+        {"mistuning.samples": 9, "mistuning.checked_samples": 5}
+    )
+    problem = build_problem(whole)
+    for keys in ({"part.samples": [4, 9]}, {"mistuning.samples": 1}):
+        part = whole.replace(keys)
+        assert second_order.n_disks(part) == second_order.n_disks(whole) == 3
+        for number in range(3):
+            (mine, _), (theirs, _) = (second_order.disk(c, problem, number) for c in (part, whole))
+            np.testing.assert_array_equal(mine.omega, theirs.omega)
