@@ -14,7 +14,7 @@ from hpcrub.contact.arrays import Bank, State, members_of_lanes
 from hpcrub.contact.jit import compiled
 
 STEP = 0.008  # from one rung of the ladder to the next, over the speed
-N_RUNGS = 8  # rungs in memory at once, at least
+N_RUNGS = 64  # most rungs in memory at once, of lanes that are not further apart
 N_PROBES = 3  # speeds that show which coefficients depend on the speed
 BESIDE = np.array([[-1], [0], [1], [2]])
 SET_APART = "step", "clearance"  # which are known without an interpolation
@@ -71,7 +71,7 @@ class Speeds:
         bank_at: makes a bank whose lanes are at rest at speeds [Hz].
         ends: lowest and highest speed [Hz].
         """
-        self.bank, self.bank_at, self.first_hz = bank, bank_at, first_hz
+        self.bank, self.bank_at, self.first_hz, self.ends = bank, bank_at, first_hz, ends
         self.rungs: np.ndarray = np.zeros(0)  # speeds of the rungs in memory [Hz]
         low, high = ends
         some, mine = of_lanes(bank_at(np.linspace(low, high, N_PROBES))), of_lanes(bank)
@@ -116,10 +116,12 @@ class Speeds:
 
     def _fill(self, speeds_hz: np.ndarray) -> None:
         """Compute the rungs from speeds on, in the direction in which these have left the last."""
-        falls = len(self.rungs) > 0 and speeds_hz.min() < self.rungs[N_RUNGS // 2]
-        ends = np.log([speeds_hz.min() / self.first_hz, speeds_hz.max() / self.first_hz])
-        low, high = np.floor(ends / np.log1p(STEP) + 1e-9).astype(int).tolist()
-        bottom, top = (high - 4, high + 4) if falls else (low - 2, low + 6)
+        falls = len(self.rungs) > 0 and speeds_hz.min() < self.rungs[len(self.rungs) // 2]
+        speeds = speeds_hz.min(), speeds_hz.max(), *self.ends
+        below = np.floor(np.log(np.divide(speeds, self.first_hz)) / np.log1p(STEP) + 1e-9)
+        low, high, lowest, highest = below.astype(int).tolist()
+        bottom, top = (high + 4 - N_RUNGS, high + 4) if falls else (low - 2, low - 2 + N_RUNGS)
+        bottom, top = max(bottom, lowest - 2), min(top, highest + 4)
         # lanes of a rotor that gains speed fast are further apart
         bottom, top = min(bottom, low - 2), max(top, high + 4)
         self.rungs = self.first_hz * (1.0 + STEP) ** np.arange(bottom, top)
