@@ -6,14 +6,14 @@ N, T, A of a contact point, it moves by
     u_n = N q − ½ sᵀG_n s,   u_t = T q − ½ sᵀG_t s,   u_a = A q − ½ sᵀG_a s,
 
 to the penetration p = u_n + κ u_t²/2 + b(θ + Ωt + u_t/R, t) − clearance. A step takes the
-recurrence without contact, with the forces −½ Σ C s s − ⅙ Σ D s s s of its begin; evaluates p and
-all directions there; and finds multipliers that end all penetrations, as the gradients there tell.
-The wall leans by m = κ u_t + b'/R: forces act along its normal (n + m t)/√(1 + m²), and friction
-along its tangent (t − m n)/√(1 + m²), where n, t, a are the gradients of u_n, u_t and u_a. On a
-planar disk friction always acts along the tangent; with axial rows it turns with the slip of the
-step before.
+recurrence without contact, with the forces −½ Σ C s s − ⅙ Σ D s s s − ½ Σ J s (s s)¨ of its begin,
+the last by the acceleration that the others give; evaluates p and all directions there; and finds
+multipliers that end all penetrations, as the gradients there tell. The wall leans by
+m = κ u_t + b'/R: forces act along its normal (n + m t)/√(1 + m²), and friction along its tangent
+(t − m n)/√(1 + m²), where n, t, a are the gradients of u_n, u_t and u_a. On a planar disk friction
+always acts along the tangent; with axial rows it turns with the slip of the step before.
 
-`first` order leaves out κ, G, C, D and what turns with u_t; `polar` leaves out G, C and D.
+`first` order leaves out κ, G, C, D, J and what turns with u_t; `polar` all but κ and that.
 """
 
 from typing import NamedTuple
@@ -41,6 +41,8 @@ class Structure(NamedTuple):
     shortening: np.ndarray  # G (C, 3, p, p) of normal, tangential and axial motion [1/(m kg)]
     coupling: np.ndarray  # C (p, p, p) [1/(m √kg s²)]
     quartic: np.ndarray  # D (p, p, p, p) [1/(m² kg s²)]
+    inertia: np.ndarray  # J (q, q, q, q) of the first q bent modes [1/(m² kg)]
+    alone: np.ndarray  # ω of the bent modes (p,) [rad/s]
     curvature: np.ndarray  # κ (C,) [1/m]
 
 
@@ -67,6 +69,8 @@ def structure_of(modes, interface, model, damping_ratio):
         model.shortening,
         model.coupling,
         model.quartic if model.quartic.size else np.zeros((len(model.omega),) * 4),
+        model.inertia,
+        model.omega,
         model.curvature,
     )
 
@@ -82,6 +86,19 @@ def coefficients(scheme, omega, damping_ratio, h):
     slow = omega * h <= 2.0
     decay = np.where(slow, e * e, (stiff - 2.0 * c) / stiff)
     return decay, np.where(slow, (1.0 - 2.0 * e * cosine + e * e) / omega**2, h * h / stiff)
+
+
+def resistance(structure, s, d, bending, h):
+    """Inertia ½ Σ J s (s s)¨ of blades (N, q).
+
+    s, d, bending: of the bent modes (N, p), d their increments in the step h before.
+    """
+    n = len(structure.inertia)
+    s = s[:, :n]
+    a = -(structure.alone[:n] ** 2) * s - bending[:, :n]
+    v = d[:, :n] / h + a * h / 2.0
+    half = np.einsum("nc,nd->ncd", v, v) + np.einsum("nc,nd->ncd", a, s)
+    return np.einsum("nb,abcd,ncd->na", s, structure.inertia, half)
 
 
 def place(structure, q):
@@ -117,7 +134,8 @@ def of_order(structure, order):
     """The structure at one of ORDERS."""
     if order == "second":
         return structure
-    still = ["shortening", "coupling", "quartic", *(["curvature"] if order == "first" else [])]
+    still = ["shortening", "coupling", "quartic", "inertia"]
+    still += ["curvature"] if order == "first" else []
     return structure._replace(**{name: 0.0 * getattr(structure, name) for name in still})
 
 
@@ -147,11 +165,13 @@ def integrate(
     decay, gain = coefficients(scheme, structure.omega, structure.damping_ratio, h)
     K, n_points, turn = len(decay), len(structure.normal), 2.0 * np.pi * speed_hz * h
     q, d = start or np.zeros((2, K))
+    n_slow = len(structure.inertia)
     found = Run(np.zeros((n, K)), np.zeros((n, n_points, 3)), np.zeros((n, n_points)))
     for k in range(n):
         s = structure.bent @ q
         softer = structure.coupling / 2.0 + np.einsum("abcd,nd->nabc", structure.quartic, s) / 6.0
         bending = np.einsum("nabc,nb,nc->na", softer, s, s)
+        bending[:, :n_slow] += resistance(structure, s, structure.bent @ d, bending, h)
         pull = structure.omega**2 * q + np.einsum("nak,na->k", structure.bent, bending)
         before, d = d, decay * d - gain * pull
         q = q + d

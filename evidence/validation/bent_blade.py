@@ -46,7 +46,7 @@ def of_order(modes, interface, order):
         interface = interface._replace(second_order=None, axial=interface.axial[:0])
         return modes._replace(bent=none, axial=none), interface
     if order == "polar":
-        still = ("shortening", "observed", "coupling", "quartic")
+        still = ("shortening", "observed", "coupling", "quartic", "inertia")
         second = second._replace(**{name: 0.0 * getattr(second, name) for name in still})
     return modes, interface._replace(second_order=second)
 

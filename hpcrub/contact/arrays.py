@@ -64,6 +64,8 @@ class State(NamedTuple):
     # what the observed displacements have beyond their rows (≥ O, L) [m]; None at small ones
     late: Any
     beyond: Any
+    # s of the bent modes in the step before (N·p, L) [m·√kg]; None unless their inertia is known
+    before: Any
 
 
 SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `State.report`

@@ -34,7 +34,7 @@ def allocate(
     law = scene.law or (Solid if len(modes.axial) else Planar)
     rows = modes.rows
     scheme = _allocate_scheme(modes, rows, scene, grid, width, law)
-    state = _allocate_state(scheme, width, len(modes.axial) > 0, len(rows.bent))
+    state = _allocate_state(scheme, width, len(modes.axial) > 0, len(rows.bent), scene)
     basis = Cyclic.allocate(rows, modes.blades, width) if modes.blades else Dense()
     bank = packed(Bank(scheme, state, law.allocate(rows, scene, grid, width), basis))
     for lane, speed in enumerate(speeds_hz):
@@ -106,7 +106,8 @@ def _engine_order_forces(modes: Modes, rows: Any, scene: Scene, grid: Grid) -> A
     return np.pad(force @ on_disk, ((0, 0), (0, n_casing)))
 
 
-def _allocate_state(scheme: Scheme, width: int, turns: Any, n_bent: Any) -> Any:
+def _allocate_state(scheme: Scheme, width: int, turns: Any, n_bent: Any, scene: Scene) -> Any:
+    second: Any = scene.interface.second_order
     n_modes, n_points = len(scheme.decay), scheme.normal.shape[1]
     n_forces = len(scheme.load)
     return State(
@@ -119,6 +120,7 @@ def _allocate_state(scheme: Scheme, width: int, turns: Any, n_bent: Any) -> Any:
         n_steps=np.zeros(width, dtype=np.int64),
         late=np.zeros((n_bent, width)) if n_bent else None,
         beyond=np.zeros((scheme.observed.shape[1], width)) if n_bent else None,
+        before=np.zeros((n_bent, width)) if n_bent and len(second.inertia) else None,
     )  # fmt: skip
 
 
@@ -126,7 +128,7 @@ def empty_lane(bank: Bank, lane: int) -> None:
     """Leave a lane idle (bank is modified): its time stands still, and its bumps never grow."""
     scheme, state = bank.scheme, bank.state
     moved = state.position, state.increment, state.multiplier, state.ramp, state.report
-    for array in (scheme.decay, scheme.gain, *moved, state.late, state.beyond):
+    for array in (scheme.decay, scheme.gain, *moved, state.late, state.beyond, state.before):
         if array is not None:
             array[:, lane] = 0.0
     clear_lane(bank.law, lane)

@@ -143,7 +143,11 @@ class Dense(NoArrays):
         """Nothing depends on the lane."""
 
     def start(self, bank: Bank, lanes: Any) -> None:
-        """Nothing follows from the motion."""
+        """Find the bent modes in the step before of lanes that do not start at rest (modified)."""
+        if bank.state.before is not None:
+            before = (bank.state.position - bank.state.increment)[:, lanes]
+            bent = bank.scheme.bent.T @ before
+            bank.state.before[:, lanes] = bent[: len(bank.state.before)]
 
     @staticmethod
     @compiled(inline=True, inner=True)

@@ -40,6 +40,10 @@ class SecondOrder(NamedTuple):
     # (p, p, p, p) D, symmetric in all four [1/(m²·kg·s²)]: the force −⅙ Σ D_abcd s_b s_c s_d on
     # bent mode a is of third order, but without it C softens a bowed blade by more than its damping
     quartic: np.ndarray = np.zeros((0, 0, 0, 0))
+    # (q, q, q, q) J_abcd = u_abᵀ M u_cd [1/(m²·kg)] of the first q bent modes; ½ Σ s_a s_b u_ab
+    # is the second order of displacements, and its inertia, the force −½ Σ J_abcd s_b (s_c s_d)¨
+    # on bent mode a, cancels nearly all that D does to a frequency
+    inertia: np.ndarray = np.zeros((0, 0, 0, 0))
 
     @property
     def size(self) -> tuple[float, float]:

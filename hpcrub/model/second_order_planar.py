@@ -49,7 +49,8 @@ def planar_second_order(disk: Disk, basis: np.ndarray, section: Any, material: A
     beam = elements.rectangular_beam(section.width, thickness, E, material.density)
     flexibility = np.linalg.inv(K[:, _ROOT:]) - modes / values @ modes.T  # beside the bent modes
     push = _forces_of_pairs(nodes, beam, bent)
-    radial, tangential = np.moveaxis(push @ flexibility[:, -3:-1], -1, 0)
+    moved = push @ flexibility  # −u_ab of two bent modes (p, p, n)
+    radial, tangential = np.moveaxis(moved[..., -3:-1], -1, 0)
 
     n_points = len(disk.contact_radius)
     shortening = np.array([radial, tangential, np.zeros_like(radial)])
@@ -61,7 +62,8 @@ def planar_second_order(disk: Disk, basis: np.ndarray, section: Any, material: A
         omega=np.append(np.sqrt(values), np.inf),
         curvature=1.0 / disk.contact_radius,
         motion=np.repeat(bent[-1:, 1], n_points, axis=0),
-        quartic=relaxed(fourth_derivative(nodes, beam, bent), push, flexibility),
+        quartic=relaxed(fourth_derivative(nodes, beam, bent), push, moved),
+        inertia=np.einsum("abi,ij,cdj->abcd", moved, mass, moved)[(np.s_[:N_BENT],) * 4],
     )
 
 
@@ -118,11 +120,11 @@ def fourth_derivative(nodes: np.ndarray, beam: elements.Beam, motions: np.ndarra
     return np.sum([np.transpose(product, order) for order in orders], axis=0)
 
 
-def relaxed(fourth: np.ndarray, push: np.ndarray, flexibility: np.ndarray) -> np.ndarray:
+def relaxed(fourth: np.ndarray, push: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """Fourth derivative (p, p, p, p) of the energy of bent modes, all other motion at its least.
 
-    fourth: V₄ of the bent modes; push: V₃ φ_a φ_b, a force on every dof (p, p, n); flexibility:
-    displacements by forces, beside the bent modes (n, n).
+    fourth: V₄ of the bent modes; push: V₃ φ_a φ_b, a force on every dof (p, p, n); moved:
+    displacements by these forces, beside the bent modes (p, p, n).
     """
-    pairs = np.einsum("abi,cdi->abcd", push, push @ flexibility)
+    pairs = np.einsum("abi,cdi->abcd", push, moved)
     return fourth - pairs - pairs.transpose(0, 2, 1, 3) - pairs.transpose(0, 3, 2, 1)

@@ -48,6 +48,8 @@ class BentArrays(NamedTuple):
     raised: np.ndarray  # what the casing is higher at the displaced point (C, L) [m] (modified)
     slope: np.ndarray  # b′/R under it, of bumps of full height (C, L) [-] (modified)
     tilt: np.ndarray  # t (C, L) [-] (modified)
+    # ṡ, then s¨ of q bent modes of a blade, then ½ (s_a s_c)¨ (2·q + q (q + 1)/2, L) (modified)
+    moving: np.ndarray
     seen: np.ndarray  # −(G_n + t G_t) s of every point (C·p, L) [1/√kg] (modified)
     pushed: np.ndarray  # −Σ f_d G_d s of every point, f of N = 1 (C·p, L) [1/√kg] (modified)
     # motion of the point in place i of a blade by a force on that in place j: row
@@ -65,6 +67,9 @@ class BentArrays(NamedTuple):
     # force of each product on every bent mode (M + T, p) [1/(m·√kg·s²), then 1/(m²·kg·s²)]
     force: np.ndarray
     n_bent: int  # p
+    inertia: np.ndarray  # J of each two of q bent modes by each product of two (m, m) [1/(m²·kg)]
+    squares: np.ndarray  # ω² of q bent modes alone (q,) [rad²/s²]
+    step: np.ndarray  # 1/h, then h/2 (2, L) [1/s, s]
     observed: np.ndarray  # what each product adds to an observed displacement (O, M) [1/(m·kg)]
     observed_blade: np.ndarray  # blade of every observed displacement (O,) int
     curvature: np.ndarray  # κ (C,) [1/m]
@@ -93,6 +98,12 @@ def _forces_of_products(second: Any) -> np.ndarray:
     return np.concatenate([_folded(second.coupling).T, thrice.reshape(p, -1).T])
 
 
+def _pairs_of_pairs(J: np.ndarray) -> np.ndarray:
+    """Coefficients J_abcd of pairs a ≤ b by products c ≤ d, which stand once; J: (q, q, q, q)."""
+    a, c = np.triu_indices(len(J))
+    return J[a, c][:, a, c] * np.where(a == c, 1.0, 2.0)
+
+
 class Bent(BentArrays):
     """Kinematics to second order of a bank; `small.Small` has the same methods."""
 
@@ -101,7 +112,10 @@ class Bent(BentArrays):
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Names of arrays whose last axis is the lanes."""
-        return "along", "bent", "products", "raised", "slope", "tilt", "seen", "pushed", "own"
+        return (
+            "along", "bent", "products", "raised", "slope", "tilt", "moving", "step",
+            "seen", "pushed", "own",
+        )  # fmt: skip
 
     @classmethod
     def allocate(cls, scene: Scene, rows: Rows, grid: Grid, width: int) -> "Bent":
@@ -116,7 +130,7 @@ class Bent(BentArrays):
         # blades of the cyclic basis, whose points are known to correspond, share one table
         table = interface.blade if len(rows.points) == 1 else np.zeros(n, dtype=np.int64)
         size = counts.max() ** 2 * (2 + p) * (3 + p)
-        force = _forces_of_products(second)
+        force, q = _forces_of_products(second), len(second.inertia)
         n_steps = grid.steps_per_revolution
         bump = scene.casing.table(interface.angle, n_steps, grid.steps_per_block)
         reach = min(int(REACH * n_steps / (2.0 * np.pi)), grid.steps_per_block // 2)
@@ -126,6 +140,7 @@ class Bent(BentArrays):
                 width, along=C, bent=columns(rows.bent).shape[1],
                 products=n_blades * len(force),
                 raised=C, slope=C, tilt=C, seen=C * p, pushed=C * p, own=(table.max() + 1) * size,
+                moving=2 * q + q * (q + 1) // 2, step=2,
             ),
             begin=table * size,
             place=place,
@@ -136,6 +151,8 @@ class Bent(BentArrays):
             ),
             force=force,
             n_bent=p,
+            inertia=_pairs_of_pairs(second.inertia),
+            squares=second.omega[:q] ** 2,
             observed=_folded(second.observed),
             observed_blade=interface.observed_blade,
             curvature=np.pad(second.curvature, padding),
@@ -145,12 +162,14 @@ class Bent(BentArrays):
             highest=scene.casing.highest,
         )  # fmt: skip
 
-    def fill(self, lane: int, rows: Rows, gain: np.ndarray, blade: np.ndarray) -> None:
+    def fill(self, lane: int, rows: Rows, gain: np.ndarray, blade: np.ndarray, h: float) -> None:
         """Give a lane the motions of blades by forces on them (modified).
 
-        gain: (R,) factor of a modal force [s²]; blade: of every contact point (n,).
+        gain: (R,) factor of a modal force [s²]; blade: of every contact point (n,); h: time
+        step [s].
         """
         p = self.n_bent
+        self.step[:, lane] = 1.0 / h, h / 2.0
         shape = -1, self.n_places, self.n_places, 2 + p, 3 + p
         for b, own in enumerate(self.own[:, lane].reshape(shape)):  # views
             points, bent = np.flatnonzero(blade == b), np.s_[b * p : (b + 1) * p]
@@ -329,6 +348,7 @@ def multiply(lanes: tuple, bent: BentArrays, state: State) -> None:
             push_bent(lanes, PAIR, bent, state, b, a)
         if p % 2 == 1:
             push_bent(lanes, ONE, bent, state, b, p - 1)
+        resist(lanes, bent, state, state.before, b)
     for o in range(bent.observed.shape[0]):
         total, begin = v.splat(lanes, 0.0), bent.observed_blade[o] * n_products
         for m in range(n_pairs):
@@ -348,6 +368,48 @@ def push_bent(
         product = v.load(lanes, bent.products, b * n_products + m)
         total = v.tile_add(total, bent.force, m, modes, product)
     v.store(state.late, v.consecutive(tile, b * bent.n_bent + first), total)
+
+
+@compiled(inline=True, inner=True)
+def resist(lanes: tuple, bent: BentArrays, state: State, before: Any, b: int) -> None:
+    """Inertia −½ Σ J_abcd s_b (s_c s_d)¨ on the bent modes of blade b, without contact (modified).
+
+    before: `State.before`, an argument because only then its type chooses the code. A bent mode
+    has the velocity (s − before)/h in the middle of a step, and accelerates until its end.
+    """
+    if before is not None:
+        p, q, n_pairs = bent.n_bent, bent.squares.shape[0], bent.inertia.shape[0]
+        rate, half = v.load(lanes, bent.step, 0), v.load(lanes, bent.step, 1)
+        for a in range(q):
+            s = v.load(lanes, bent.bent, b * p + a)
+            faster = v.load(lanes, state.late, b * p + a) - bent.squares[a] * s
+            slow = (s - v.load(lanes, before, b * p + a)) * rate
+            v.store(bent.moving, a, v.fma(half, faster, slow))
+            v.store(bent.moving, q + a, faster)
+        m = 2 * q
+        for a in range(q):
+            for c in range(a, q):
+                s, other = v.load(lanes, bent.bent, b * p + a), v.load(lanes, bent.bent, b * p + c)
+                faster = 0.5 * s * v.load(lanes, bent.moving, q + c)
+                faster = v.fma(0.5 * other, v.load(lanes, bent.moving, q + a), faster)
+                speed = v.load(lanes, bent.moving, a)
+                v.store(bent.moving, m, v.fma(speed, v.load(lanes, bent.moving, c), faster))
+                m += 1
+        pair = 0
+        for a in range(q):
+            for c in range(a, q):
+                total, i, j = v.splat(lanes, 0.0), b * p + a, b * p + c
+                for m in range(n_pairs):
+                    moving = v.load(lanes, bent.moving, 2 * q + m)
+                    total = v.fma(moving, bent.inertia[pair, m], total)
+                late = v.load(lanes, state.late, i)
+                v.store(state.late, i, late - total * v.load(lanes, bent.bent, j))
+                if c > a:
+                    late = v.load(lanes, state.late, j)
+                    v.store(state.late, j, late - total * v.load(lanes, bent.bent, i))
+                pair += 1
+        for a in range(p):
+            v.store(before, b * p + a, v.load(lanes, bent.bent, b * p + a))
 
 
 @compiled(inner=True)

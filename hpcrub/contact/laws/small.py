@@ -7,7 +7,6 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, NoArrays, State
 from hpcrub.contact.jit import compiled
-from hpcrub.model.reduction import Rows
 
 
 @compiled(inline=True, inner=True)
@@ -38,9 +37,6 @@ class Small(NoArrays):
     """
 
     STEEPER = 0.0  # what tilted surfaces add to the coefficient of friction at most
-
-    def fill(self, lane: int, rows: Rows, gain: np.ndarray, blade: np.ndarray) -> None:
-        """Nothing depends on the lane."""
 
     @staticmethod
     @compiled(inline=True, inner=True)

@@ -151,7 +151,8 @@ class Solid(SurfaceLaw, SolidArrays):
         own, along, across = np.diagonal(W, axis1=1, axis2=2)
         steepest = friction + self.kinematics.STEEPER
         self.jams[0, lane] = (own <= steepest * np.hypot(along, across)).any()
-        self.kinematics.fill(lane, rows, gain, self.blade)
+        if isinstance(self.kinematics, Bent):
+            self.kinematics.fill(lane, rows, gain, self.blade, bank.scheme.step[lane])
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W[0] + friction * W[1])
         if flaw not in (NONE, UNPROVEN):  # the lane gets no forces, and fails once a point touches
             return
