@@ -1,9 +1,12 @@
 """The generated parts of the pages in docs/: tables, and the text between two comments."""
 
+import argparse
 import os
 import platform
 import re
 from pathlib import Path
+
+from evidence import progress
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -30,6 +33,24 @@ def updated(path, **parts):
 def replace(path, **parts):
     """Write the `updated` page."""
     path.write_text(updated(path, **parts), encoding="utf-8")
+
+
+def sections(program, about, path, names, measure, argv=None):
+    """Measure sections of a page, all or those that the command line names; each is then written.
+
+    program: its name in this package; about: its text for --help; names: of all sections; measure:
+    function from a name to texts {part: Markdown}, which stand in the page as name_part.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m evidence.{program}", description=about)
+    parser.add_argument("sections", nargs="*", choices=[*names, []], help="all by default")
+    chosen = parser.parse_args(argv).sections or list(names)
+    for name in progress.followed(chosen, "sections", names=chosen):
+        replace(path, **{f"{name}_{part}": text for part, text in measure(name).items()})
+
+
+def measured():
+    """The sentence that names the machine: cores, processor with its widest vectors, Python."""
+    return f"Measured with {machine()}."
 
 
 def machine():

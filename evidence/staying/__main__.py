@@ -3,11 +3,9 @@
 One core takes half an hour. `make staying ARGS=tuned` measures one section only.
 """
 
-import argparse
-
 import numpy as np
 
-from evidence.page import DOCS, machine, replace, table
+from evidence.page import DOCS, measured, sections, table
 from evidence.progress import followed
 from evidence.staying.follow import follow, shares
 from evidence.staying.scenes import MISTUNED, TUNED, Scenes
@@ -57,7 +55,7 @@ def tuned():
     said = (
         f"{unmarked} of {len(rows)} references are more than 3 % off and outside their interval.\n"
     )
-    return {"tuned": table(heads, rows) + "\n" + said}
+    return {"disks": table(heads, rows) + "\n" + said}
 
 
 def averages():
@@ -83,18 +81,16 @@ def averages():
     )
     heads = ["scene", "growth", "points", "number", "> 2 errors", "> 3 errors",
              "> 5 % and 2 errors", "worst", "simulated [s]", "core s a disk"]  # fmt: skip
-    return {"averages": table(heads, rows) + "\n" + said}
+    return {"points": table(heads, rows) + "\n" + said}
 
 
 SECTIONS = {"tuned": tuned, "averages": averages}
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="python -m evidence.staying", description=__doc__)
-    parser.add_argument("sections", nargs="*", choices=[*SECTIONS, []], help="all by default")
-    for name in parser.parse_args().sections or SECTIONS:
-        replace(DOCS / "staying.md", **SECTIONS[name](), machine=f"Measured on {machine()}.")
+def measure(name):
+    """Parts of the page."""
+    return SECTIONS[name]() | {"machine": measured()}
 
 
 if __name__ == "__main__":
-    main()
+    sections("staying", __doc__, DOCS / "staying.md", SECTIONS, measure)

@@ -7,13 +7,11 @@ geometry and no small motions.
 
 import numpy as np
 
-from evidence import pictures
 from evidence.page import table
 from evidence.truth.bent_blade import clamped
 from evidence.truth.exact_rubbing import rub
 from evidence.truth.ring import Wall
 from evidence.validation import report
-from evidence.validation.report import plt
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
@@ -82,7 +80,7 @@ def errors(runs):
     return peak, [np.abs(runs[order] - exact).max() / peak for order in ORDERS]
 
 
-def section(folder):
+def section():
     """Parts of the page, verdicts and the figure."""
     rows, verdicts, curves, shown = [], [], {}, {}
     for name, bow in BLADES.items():
@@ -102,12 +100,12 @@ def section(folder):
         verdicts.append(report.at_most(f"{name}, at {1e3 * peaks[i]:.1f} mm", apart[i, 2], at))
         times = (apart[:, 0] / apart[:, 2]).min()
         verdicts.append(report.Verdict(f"{name}, times better", times, better, np.inf))
-    draw(shown, curves, folder)
+    draw(shown, curves)
     heads = ["blade", "tip moves [mm]", *(f"{words} [%]" for words in ORDERS.values())]
     return {"errors": table(heads, rows)}, verdicts
 
 
-def draw(runs, curves, folder):
+def draw(runs, curves):
     """The tip past a bump, and errors over the motion."""
     figure, (left, right) = report.axes(2)
     t = 1e3 / (HZ * STEPS) * np.arange(1, len(runs["exact"]) + 1)
@@ -127,5 +125,4 @@ def draw(runs, curves, folder):
         axis.set_minor_formatter("")
     right.legend(loc="lower right")
     figure.legend(*left.get_legend_handles_labels(), ncols=4, loc="outside upper center")
-    pictures.save(figure, folder / "second_order.png", dpi=130)
-    plt.close(figure)
+    report.save(figure, "second_order")

@@ -34,7 +34,7 @@ def structures():
     return of_disk(disk, blade, section.hub_radius), modes, face
 
 
-def section(_folder):
+def section():
     """Parts of the page, and verdicts."""
     disk = structures()
     rows, verdicts = [], []

@@ -157,8 +157,8 @@ def lost_energy(n_elements, scheme_name, step, until=TEN_BOUNCES, lumped=False):
     return step * np.arange(1, len(lost) + 1), lost
 
 
-def section(folder):
-    """Parts of the page, and verdicts; figures go to ``folder``."""
+def section():
+    """Parts of the page, verdicts and the figure."""
     parts, verdicts, curves = [], [], {}
     for name, lumped, ratio, meshes in SERIES:
         case = f"`{name}`, {'lumped' if lumped else 'consistent'} mass"
@@ -180,7 +180,7 @@ def section(folder):
         for what, columns in tables:
             parts += [f"{what}:", report.order_table(("elements", meshes), size, columns)]
         verdicts += _verdicts(case, lumped, size, *(columns for _, columns in tables))
-    _figure(folder, curves)
+    _figure(curves)
     return {"errors": "\n\n".join(parts)}, verdicts
 
 
@@ -206,7 +206,7 @@ def _verdicts(case, lumped, size, two, ten, losses):
     return verdicts
 
 
-def _figure(folder, curves):
+def _figure(curves):
     """One column for each scheme; rows: displacement, velocity, pressure, energy."""
     figure, axes = report.axes(n_rows=4, n_columns=2, sharex=True, sharey="row", figsize=(13, 10))
     t_exact = np.linspace(0.0, TEN_BOUNCES, 4000)
@@ -228,7 +228,7 @@ def _figure(folder, curves):
     for ax, label in zip(axes[:, 0], labels, strict=True):
         ax.set_ylabel(label)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
-    report.save(figure, folder, "bouncing_bar")
+    report.save(figure, "validation_bouncing_bar")
 
 
 def _smooth(force, step):

@@ -132,7 +132,7 @@ def stability(path, first, motion, u):
     return [[f"{x:.4g}" for x in row] for row in rows], verdicts
 
 
-def section(_folder):
+def section():
     """Parts of the page, and verdicts."""
     M, K = matrices()
     first, rows, off = np.sqrt(eigh(K, M, eigvals_only=True)[0]), [], []

@@ -80,8 +80,8 @@ SEGMENT = 1e-12  # largest error allowed of a closed-form segment between events
 ORDERS, FINEST = (0.7, 1.3), 1e-3  # of the fitted orders, and the error at the finest step
 
 
-def section(folder):
-    """Parts of the page, and verdicts; figures go to ``folder``."""
+def section():
+    """Parts of the page, verdicts and the figure."""
     coarse, fine = (reference(0.4, n).position for n in (500, 2000))
     apart = np.abs(coarse - fine[::4]).max() / np.abs(fine).max()
     parts = []
@@ -100,7 +100,7 @@ def section(folder):
         parts += [f"friction {friction}; {len(exact.impacts)} impacts:",
                   report.order_table(labels, DURATION / DIVISIONS, columns)]  # fmt: skip
         verdicts += _verdicts(f"friction {friction}", columns)
-    _figure(folder)
+    _figure()
     return {"errors": "\n\n".join(parts)}, verdicts
 
 
@@ -115,7 +115,7 @@ def _verdicts(case, columns):
     ]
 
 
-def _figure(folder):
+def _figure():
     figure, ax = report.axes()
     t, mass = np.linspace(0.0, DURATION, 1001), structure(0.4)
     exact = reference(0.4, 1000).position
@@ -127,4 +127,4 @@ def _figure(folder):
     ax.plot([], [], "k:", label="exact")
     ax.set(title="friction 0.4", xlabel="time [s]", ylabel="displacement [m]")
     figure.legend(*ax.get_legend_handles_labels(), ncols=4, loc="outside upper center")
-    report.save(figure, folder, "moving_wall")
+    report.save(figure, "validation_moving_wall")

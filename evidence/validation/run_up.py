@@ -153,8 +153,8 @@ def extrapolated(steps, errors):
     return float(np.abs((a * errors[-1] - b * errors[-2]) / (a - b)).max())
 
 
-def section(folder):
-    """Parts of the page, and verdicts; the figure goes to ``folder``."""
+def section():
+    """Parts of the page, verdicts and the figure."""
     asked = itertools.product(RATES, (1, -1))
     runs = {(rate, way): pass_by(way * rate, RATES[rate]) for rate, way in asked}
     rows, apart = [], 0.0
@@ -184,11 +184,11 @@ def section(folder):
         ]
     labels = "h", [f"{1e6 * step:g} µs" for step in steps]
     parts["steps"] = report.order_table(labels, steps, columns)
-    _figure(runs, folder)
+    _figure(runs)
     return parts, verdicts
 
 
-def _figure(runs, folder):
+def _figure(runs):
     """Waves over the speed, up and down, at all rates."""
     figure, axes = report.axes(2, sharey=True)
     for way, ax in zip((1, -1), axes, strict=True):
@@ -205,4 +205,4 @@ def _figure(runs, folder):
     axes[0].set(ylabel="wave of the tips [% of the steady peak]", ylim=(0.0, 105.0))
     axes[0].plot([], [], "o", ms=2.6, color="0.3", label="one mode, closed form")
     figure.legend(*axes[0].get_legend_handles_labels(), ncols=5, loc="outside upper center")
-    report.save(figure, folder, "run_up")
+    report.save(figure, "validation_run_up")
