@@ -18,12 +18,7 @@ OMEGA = 2.0 * np.pi * np.array([4.0, 7.0])
 LEAN = np.radians(30.0)
 DAMPING_RATIO = 0.02
 START = np.zeros(2), np.array([1.0, -0.5])  # q [m √kg], q̇
-MEAN, AMPLITUDE, NU = 0.10, 0.15, 2.0 * np.pi * 3.0  # of the wall [m], [rad/s]
-WALL = Wall(
-    lambda t: MEAN + AMPLITUDE * np.cos(NU * t),
-    lambda t: -AMPLITUDE * NU * np.sin(NU * t),
-    lambda t: -AMPLITUDE * NU**2 * np.cos(NU * t),
-)
+WALL = Wall(mean=0.10, amplitude=0.15, nu=2.0 * np.pi * 3.0)
 
 
 def structure(friction):
@@ -34,14 +29,14 @@ def structure(friction):
 
 def reference(friction, n_steps):
     """Exact Motion, n_steps outputs over DURATION."""
-    return Reference(structure(friction), WALL, DURATION / n_steps).run(*START, n_steps)
+    return Reference(structure(friction), WALL).run(*START, DURATION / n_steps, n_steps)
 
 
 def computed(friction, scheme_name, n_steps):
     """Trace of q over DURATION by the kernel."""
     h, mass = DURATION / n_steps, structure(friction)
-    bank = make_bank(mass, still(mass, MEAN, scheme=scheme_name), [h], n_steps)
-    bank.scheme.bump[:, 0] = MEAN - WALL.place(h * (1.0 + np.arange(n_steps)))
+    bank = make_bank(mass, still(mass, WALL.mean, scheme=scheme_name), [h], n_steps)
+    bank.scheme.bump[:, 0] = WALL.mean - WALL.place(h * (1.0 + np.arange(n_steps)))
     start_free(bank, mass, *START, [h])
     return trace(bank, n_steps, np.eye(2))
 
