@@ -14,7 +14,7 @@ from evidence.truth.disk import DAMPING_RATIO, LOAD, reference_reduced
 from evidence.truth.energy import audit
 from evidence.truth.hexahedra import sector_arrays
 from evidence.truth.run_up import passage
-from evidence.truth.run_up_rubbing import Structure, rubbing_run
+from evidence.truth.run_up_rubbing import rubbing_run
 from evidence.validation import run_up as case
 from evidence.validation.report import SCHEMES, fitted_order
 from hpcrub.config.schema import Config
@@ -86,16 +86,13 @@ def rubbing_pair(ends, lasts, step):
     run = case.runner(modes, scene, Schedule([0.0, lasts], ends))
     t, tips = case.records(run)
     before = t < lasts - 1.0 / min(ends)
-    K, n = len(modes.omega), round(lasts / step)
-    structure = Structure(
-        modes.omega, np.full(K, scene.damping_ratio), modes.normal, modes.tangential,
-        scene.interface.angle,
-    )  # fmt: skip
+    n, tips_at = round(lasts / step), scene.interface.angle
 
     def angle(t):
         return HZ * t * (ends[0] + (ends[1] - ends[0]) * t / (2.0 * lasts))
 
-    moved, force = rubbing_run(structure, ring.wall_of(scene), angle, lasts / n, n, modes.observed)
+    wall = ring.wall_of(scene)
+    moved, force = rubbing_run(modes, scene.damping_ratio, tips_at, wall, angle, lasts / n, n)
     assert (force > 0.0).any(axis=0).all()  # every tip touches
     times, theirs = t[before], lasts / n * np.arange(n + 1)
     return times, tips[before], np.stack([np.interp(times, theirs, tip) for tip in moved.T], axis=1)
