@@ -87,7 +87,7 @@ def second_program(modes, scene, speed, revolution, order="second"):
     structure = truth.structure_of(modes, scene.interface, scene.interface.second_order, XI)
     found = truth.integrate(
         structure, wall_of(scene), speed, 1.0 / (speed * revolution), n_steps, order, scene.scheme
-    )  # fmt: skip
+    )
     return found.place[:, :, 1]
 
 
