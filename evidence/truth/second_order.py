@@ -30,7 +30,7 @@ class Structure(NamedTuple):
     """K modes of mass one, C contact points and N blades with p bent modes each."""
 
     omega: np.ndarray  # (K,) [rad/s]
-    damping_ratio: np.ndarray  # (K,)
+    damping_ratio: np.ndarray  # (K,), or one for all
     normal: np.ndarray  # (C, K) [1/√kg]
     tangential: np.ndarray  # (C, K)
     axial: np.ndarray  # (C, K); (0, K) of a planar structure
@@ -54,21 +54,11 @@ class Run(NamedTuple):
 
 def structure_of(modes, interface, model, damping_ratio):
     """The Structure of hpcrub's Modes of a disk, its Interface and its SecondOrder."""
-    return Structure(
-        modes.omega,
-        np.broadcast_to(damping_ratio, modes.omega.shape),
-        modes.normal,
-        modes.tangential,
-        modes.axial,
-        interface.blade,
-        interface.angle,
-        interface.radius,
-        model.participation @ modes.shapes,
-        model.shortening,
-        model.coupling,
-        model.quartic if model.quartic.size else np.zeros((len(model.omega),) * 4),
-        model.curvature,
-    )
+    known = interface._asdict() | model._asdict() | modes._asdict()
+    known |= {"damping_ratio": damping_ratio, "bent": model.participation @ modes.shapes}
+    if not model.quartic.size:
+        known["quartic"] = np.zeros((len(model.omega),) * 4)
+    return Structure(**{name: known[name] for name in Structure._fields})
 
 
 def coefficients(scheme, omega, damping_ratio, h):
