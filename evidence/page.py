@@ -35,17 +35,18 @@ def replace(path, **parts):
     path.write_text(updated(path, **parts), encoding="utf-8")
 
 
-def sections(program, about, path, names, measure, argv=None):
+def sections(program, about, path, found_by, on_machine=True, argv=None):
     """Measure sections of a page, all or those that the command line names; each is then written.
 
-    program: its name in this package; about: its text for --help; names: of all sections; measure:
-    function from a name to texts {part: Markdown}, which stand in the page as name_part.
+    program: its name in this package; about: its text for --help; found_by: {name: function}, which
+    returns texts {part: Markdown}, in the page name_part; on_machine: name the machine, too.
     """
     parser = argparse.ArgumentParser(prog=f"python -m evidence.{program}", description=about)
-    parser.add_argument("sections", nargs="*", choices=[*names, []], help="all by default")
-    chosen = parser.parse_args(argv).sections or list(names)
+    parser.add_argument("sections", nargs="*", choices=[*found_by, []], help="all by default")
+    chosen = parser.parse_args(argv).sections or list(found_by)
     for name in progress.followed(chosen, "sections", names=chosen):
-        replace(path, **{f"{name}_{part}": text for part, text in measure(name).items()})
+        parts = found_by[name]() | ({"machine": measured()} if on_machine else {})
+        replace(path, **{f"{name}_{part}": text for part, text in parts.items()})
 
 
 def measured():

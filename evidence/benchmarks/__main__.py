@@ -13,13 +13,5 @@ SECTIONS = {
     "sample": sample_cost.sample, "start": sample_cost.start,
 }  # fmt: skip
 
-
-def measure(name):
-    """Parts of the page, which are printed, too."""
-    parts = SECTIONS[name]() | {"machine": page.measured()}
-    print("\n".join(parts.values()), flush=True)
-    return parts
-
-
 if __name__ == "__main__":
-    page.sections("benchmarks", __doc__, Path(__file__).with_name("report.md"), SECTIONS, measure)
+    page.sections("benchmarks", __doc__, Path(__file__).with_name("report.md"), SECTIONS)

@@ -26,9 +26,8 @@ def main(argv=None):
         try:
             program.run(ranks, page.ROOT / "main.py", *words, "--resume")
         except subprocess.CalledProcessError as ended:
-            code = ended.returncode
-            print(f"{step.name} ended with code {code}; the same command goes on from here")
-            return code
+            print(f"{step.name}: {ended}; the same command goes on from here")
+            return ended.returncode
     report.write(folder, options.scale, page.DOCS / "reproduction.md")
     return 0
 

@@ -5,7 +5,7 @@ One core takes half an hour. `make staying ARGS=tuned` measures one section only
 
 import numpy as np
 
-from evidence.page import DOCS, measured, sections, table
+from evidence.page import DOCS, sections, table
 from evidence.progress import followed
 from evidence.staying.follow import follow, shares
 from evidence.staying.scenes import MISTUNED, TUNED, Scenes
@@ -77,10 +77,5 @@ def averages():
 SECTIONS = {"tuned": tuned, "averages": averages}
 
 
-def measure(name):
-    """Parts of the page."""
-    return SECTIONS[name]() | {"machine": measured()}
-
-
 if __name__ == "__main__":
-    sections("staying", __doc__, DOCS / "staying.md", SECTIONS, measure)
+    sections("staying", __doc__, DOCS / "staying.md", SECTIONS)

@@ -5,13 +5,12 @@ one of them is not kept.
 """
 
 import sys
+from functools import partial
 from importlib import import_module
 
 from evidence import page
 
-CASES = (  # modules of this folder
-    "bouncing_bar", "moving_wall", "clamped_rod", "bent_blade", "bent_disk", "run_up",
-)  # fmt: skip
+CASES = "bouncing_bar", "moving_wall", "clamped_rod", "bent_blade", "run_up"  # modules here
 
 
 def main():
@@ -29,7 +28,8 @@ def main():
         heads = ["threshold", "found", "allowed", "verdict"]
         return parts | {"thresholds": page.table(heads, rows)}
 
-    page.sections("validation", __doc__, page.DOCS / "validation.md", CASES, measure)
+    cases = {name: partial(measure, name) for name in CASES}
+    page.sections("validation", __doc__, page.DOCS / "validation.md", cases, on_machine=False)
     if failed:
         print(f"{len(failed)} thresholds are not kept", file=sys.stderr)
     return int(bool(failed))
