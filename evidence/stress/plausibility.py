@@ -64,6 +64,9 @@ class Pairs(NamedTuple):
     difference: np.ndarray = np.zeros(0)  # relative; NaN where one of them has no result
     errors: np.ndarray = np.zeros(0)  # so many standard errors of both; inf where both are steady
 
+    def __getitem__(self, where: Any) -> "Pairs":
+        return Pairs(self.difference[where], self.errors[where])
+
     @property
     def apart(self) -> np.ndarray:
         """Which are not the same by what is said of them."""
@@ -314,7 +317,7 @@ def numbers(found: list[Outcome]) -> list[tuple[str, Any]]:
         for name in ("pairs", "later")
     )
     steady, other = np.isinf(pairs.errors), np.concatenate([f.other for f in compared])
-    difference, means = pairs.difference[steady], Pairs(*(part[~steady] for part in pairs))
+    difference, means = pairs.difference[steady], pairs[~steady]
     return [
         ("scenes", len(found)),
         ("of these with the blisk's model file", sum("disk.model" in f.keys for f in found)),
