@@ -1,9 +1,12 @@
 """The generated parts of the pages in docs/: tables, and the text between two comments."""
 
+import argparse
 import os
 import platform
 import re
 from pathlib import Path
+
+from evidence import progress
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -30,6 +33,25 @@ def updated(path, **parts):
 def replace(path, **parts):
     """Write the `updated` page."""
     path.write_text(updated(path, **parts), encoding="utf-8")
+
+
+def sections(program, about, path, found_by, on_machine=True, argv=None):
+    """Measure sections of a page, all or those that the command line names; each is then written.
+
+    program: its name in this package; about: its text for --help; found_by: {name: function}, which
+    returns texts {part: Markdown}, in the page name_part; on_machine: name the machine, too.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m evidence.{program}", description=about)
+    parser.add_argument("sections", nargs="*", choices=[*found_by, []], help="all by default")
+    chosen = parser.parse_args(argv).sections or list(found_by)
+    for name in progress.followed(chosen, "sections", names=chosen):
+        parts = found_by[name]() | ({"machine": measured()} if on_machine else {})
+        replace(path, **{f"{name}_{part}": text for part, text in parts.items()})
+
+
+def measured():
+    """The sentence that names the machine: cores, processor with its widest vectors, Python."""
+    return f"Measured with {machine()}."
 
 
 def machine():

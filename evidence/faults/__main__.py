@@ -12,7 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from evidence import page, progress
+from evidence import page
 from evidence.faults import disks, signals
 from evidence.faults.job import Skip
 
@@ -37,11 +37,7 @@ def main(argv=None):
         tempfile.TemporaryDirectory(prefix="faults-") as folder,
         concurrent.futures.ProcessPoolExecutor(AT_ONCE) as pool,
     ):
-        futures = [pool.submit(row, *names, Path(folder)) for names in chosen]
-        ended = concurrent.futures.as_completed(futures)
-        for _ in progress.followed(ended, "faults", len(futures)):
-            pass
-        found = [future.result() for future in futures]
+        found = list(pool.map(row, *zip(*chosen, strict=True), [Path(folder)] * len(chosen)))
     problems = [problem for _, some in found for problem in some]
     tables = []
     for group in GROUPS:

@@ -17,20 +17,17 @@ def main(argv=None):
     parser = argparse.ArgumentParser(prog="python -m evidence.reproduce", description=__doc__)
     parser.add_argument("--scale", type=float, default=0.01, help="of the paper's sample counts")
     parser.add_argument("--ranks", type=int, default=2)
-    parser.add_argument("--report-only", action="store_true", help="run nothing")
     options = parser.parse_args(argv)
     folder = page.ROOT / "results" / f"reproduction_{options.scale:g}"
     ranks = options.ranks if options.ranks > 1 else 0
-    if not options.report_only:
-        names = [step.name for step in plan.STEPS]
-        for step in progress.followed(plan.STEPS, "studies", names=names):
-            words = plan.arguments(step, folder, options.scale)
-            try:
-                program.run(ranks, page.ROOT / "main.py", *words, "--resume")
-            except subprocess.CalledProcessError as ended:
-                code = ended.returncode
-                print(f"{step.name} ended with code {code}; the same command goes on from here")
-                return code
+    names = [step.name for step in plan.STEPS]
+    for step in progress.followed(plan.STEPS, "studies", names=names):
+        words = plan.arguments(step, folder, options.scale)
+        try:
+            program.run(ranks, page.ROOT / "main.py", *words, "--resume")
+        except subprocess.CalledProcessError as ended:
+            print(f"{step.name}: {ended}; the same command goes on from here")
+            return ended.returncode
     report.write(folder, options.scale, page.DOCS / "reproduction.md")
     return 0
 

@@ -98,28 +98,24 @@ def coexistence(results):
 
 
 def _responses(results, folder, key):
-    """Values of the key of a sweep (V,), ascending, and the responses (V, speeds) [m]."""
+    """Values of the key of a sweep (V,), ascending, the responses (V, speeds) [m], and scatter.
+
+    Scatter is the difference [%] below which 97.5 % of the pairs of runs lie that differ by a
+    rounding: what any small change makes of motions that are not periodic.
+    """
     files = results.files(f"{folder}/*.h5")
     values = np.array([flatten(f.config.model_dump(mode="json"))[key] for f in files])
     curves = np.array([f.read("samples/amplitude_m", (0, 0)) for f in files])
     order = np.argsort(values)
-    return values[order], curves[order]
+    runs = done(results.file("perturbed_pattern.h5"), "amplitude_m", 0)
+    apart = [np.median(_difference(a, b)) for a, b in itertools.combinations(runs, 2)]
+    return values[order], curves[order], np.percentile(apart, RUNS_BETWEEN[1])
 
 
 def _difference(curve, finest):
     """Differences at all speeds where both have a number, in % of the peak."""
     difference = 100 * np.abs(curve - finest) / np.nanmax(finest)
     return difference[np.isfinite(difference)]
-
-
-def _scatter(results):
-    """Difference [%] below which 97.5 % of the pairs of runs lie that differ by a rounding.
-
-    This is what any small change makes of motions that are not periodic.
-    """
-    runs = done(results.file("perturbed_pattern.h5"), "amplitude_m", 0)
-    pairs = itertools.combinations(runs, 2)
-    return np.percentile([np.median(_difference(a, b)) for a, b in pairs], RUNS_BETWEEN[1])
 
 
 def _list(names, found):
@@ -137,8 +133,7 @@ SCATTER = (
 
 def time_step(results):
     """7: convergence with the time step."""
-    steps, curves = _responses(results, "time_step", "time.step_s")
-    scatter = _scatter(results)
+    steps, curves, scatter = _responses(results, "time_step", "time.step_s")
     found = [bounded(_difference(curve, curves[0]), 50) for curve in curves[1:]]
     limit = 1.0 / (np.pi * results.file("modal.h5").read("reduced/frequencies_hz").max())
     holds = all(middle <= scatter for middle, *_ in found)
@@ -159,8 +154,7 @@ def time_step(results):
 
 def reduction(results):
     """8: convergence with the number of modes."""
-    modes, curves = _responses(results, "reduction", "reduction.n_modes")
-    scatter = _scatter(results)
+    modes, curves, scatter = _responses(results, "reduction", "reduction.n_modes")
     found = [bounded(_difference(curve, curves[-1]), 50) for curve in curves[:-1]]
     alike = [bool(middle <= scatter) for middle, *_ in found]
     holds = all(a for n, a in zip(modes, alike, strict=False) if n > 36)

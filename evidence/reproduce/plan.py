@@ -20,7 +20,6 @@ class Step(NamedTuple):
 
 PAPERS_RULE = {"steady_state.rule": "last_window", "mistuning.reference": "symmetric"}
 LINEAR = ("mistuning.samples", 10_000, 50)
-RUNS = 65  # of the tuned disk
 CONTACT = ("mistuning.samples", 5_000, 20)
 PERTURBED = {  # runs of one disk that differ by a rounding: where a motion is chaotic, so do they
     "mistuning.pattern": None,
@@ -36,7 +35,7 @@ PATTERN = {
     ]
 }
 FINE = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.005}
-REFERENCE = {"mistuning.tuned_runs": RUNS}
+REFERENCE = {"mistuning.tuned_runs": 65}
 LOW = {"material.damping_ratio": 4e-3}
 CASES = {  # speeds of inputs/nodal_diameters.yaml [Hz]; the paper says most of four bumps
     run.casing.n_bumps: {

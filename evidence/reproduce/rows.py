@@ -25,10 +25,6 @@ class Row(NamedTuple):
     remark: str = ""
 
 
-class MissingError(Exception):
-    """A result file that is not there."""
-
-
 class Results:
     """The result files of a reproduction, opened when they are needed."""
 
@@ -37,14 +33,11 @@ class Results:
 
     @cache  # noqa: B019, lives as long as the report
     def files(self, pattern):
-        """All ResultFiles whose names match. Raises MissingError when there is none."""
-        paths = sorted(self.folder.glob(pattern))
-        if not paths:
-            raise MissingError(f"no {pattern}")
-        return [open_result(path) for path in paths]
+        """All ResultFiles whose names match."""
+        return [open_result(path) for path in sorted(self.folder.glob(pattern))]
 
     def file(self, name):
-        """The ResultFile of a name. Raises MissingError when there is none."""
+        """The ResultFile of a name."""
         return self.files(name)[0]
 
     def contact(self, n_d):

@@ -135,8 +135,7 @@ def _stressed(fan: Any, blade: Any, moved: Any, place: int) -> float:
     shape = np.where(rows >= 0, blade.modes[:, 0][rows], 0.0)
     shape = to_cartesian(np.nan_to_num(blade.alone.nodes), shape[:, :, None])[:, :, 0]
     tip = [np.linalg.norm(m[blade.alone.contact_node], axis=1).max() for m in (moved, shape)]
-    gradient = stress.gradients(fan.running.nodes, elements, 1e3 * shape * tip[0] / tip[1])
-    straight = stress.elastic((gradient + gradient.swapaxes(-1, -2)) / 2.0)
+    straight = stress.by_strain(fan.running.nodes, elements, 1e3 * shape * tip[0] / tip[1])
     bent = stress.by_rotation(fan.running.nodes, elements, 1e3 * moved)
     sizes = [von_mises(stress.at_corners(s, elements, n)[place]) for s in (bent, straight)]
     return float(sizes[0] / sizes[1])

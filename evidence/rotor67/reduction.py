@@ -16,7 +16,7 @@ from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
 
 from hpcrub.model.imported.craig_bampton import factorised, lowest_modes
-from hpcrub.model.imported.cyclic import wave
+from hpcrub.model.imported.cyclic import wave_matrices
 from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
 
@@ -29,36 +29,18 @@ class Part(NamedTuple):
     basis: np.ndarray  # (n, m) on the rows of the sector
 
 
-class Cyclic:
-    """A free sector whose neighbours move alike, turned by one number of nodal diameters."""
-
-    def __init__(self, model: NeutralModel, diameters: int):
-        phases = wave(model, diameters)
-        self.phases = phases.real if diameters in (0, model.n_sectors / 2) else phases
-        self.K, self.M = (
-            (self.phases.conj().T @ a @ self.phases).tocsc()
-            for a in (model.stiffness[0], model.mass)
-        )
-        contact = model.row[model.contact_node]
-        # node by node, three directions: the one column of each row
-        self.boundary = self.phases.indices[self.phases.indptr[contact.ravel()]]
-
-    def modes(self, n_modes: int) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest eigenvalues [rad2/s2] and mass-normalised modes."""
-        return lowest_modes(self.K, self.M, n_modes)
-
-    def reduced(self, n_modes: int) -> Part:
-        """Craig-Bampton: contact nodes, then fixed-interface modes."""
-        inside = np.setdiff1d(np.arange(self.K.shape[0]), self.boundary)
-        inner = self.K[inside][:, inside]
-        factor = factorised(inner)
-        n_static = len(self.boundary)
-        V = np.zeros((self.K.shape[0], n_static + n_modes), dtype=self.K.dtype)
-        V[self.boundary, np.arange(n_static)] = 1.0
-        V[inside, :n_static] = -factor.solve(self.K[inside][:, self.boundary].toarray())
-        V[inside, n_static:] = lowest_modes(inner, self.M[inside][:, inside], n_modes, factor)[1]
-        mass, stiffness = (V.conj().T @ (a @ V) for a in (self.M, self.K))
-        return Part(_hermitian(mass), _hermitian(stiffness), self.phases @ V)
+def _reduced(wave, K, M, boundary, n_modes):
+    """The Part of a sector by Craig-Bampton: boundary, then fixed-interface modes."""
+    inside = np.setdiff1d(np.arange(K.shape[0]), boundary)
+    inner = K[inside][:, inside]
+    factor = factorised(inner)
+    n_static = len(boundary)
+    V = np.zeros((K.shape[0], n_static + n_modes), dtype=K.dtype)
+    V[boundary, np.arange(n_static)] = 1.0
+    V[inside, :n_static] = -factor.solve(K[inside][:, boundary].toarray())
+    V[inside, n_static:] = lowest_modes(inner, M[inside][:, inside], n_modes, factor)[1]
+    mass, stiffness = (V.conj().T @ (a @ V) for a in (M, K))
+    return Part(_hermitian(mass), _hermitian(stiffness), wave @ V)
 
 
 def reduce(
@@ -72,17 +54,20 @@ def reduce(
     of nodal diameters, and its stiffness at all speeds, each (speeds, m, m).
     """
     models = [to_cylindrical(sector) for sector in sectors]
+    contact = models[design].row[models[design].contact_node].ravel()
     parts, stiffness = [], []
     for diameters in range(models[0].n_sectors // 2 + 1):
-        own = Cyclic(models[design], diameters)
-        part = own.reduced(n_modes)
-        squares, shapes = own.modes(n_followed)
-        followed = own.M @ shapes
+        wave, K, M = wave_matrices(models[design], diameters, 0.0)
+        # node by node, three directions: the one column of each row
+        part = _reduced(wave, K, M, wave.indices[wave.indptr[contact]], n_modes)
+        squares, shapes = lowest_modes(K, M, n_followed)
+        followed = M @ shapes
         values, modes = eigh(part.stiffness, part.mass)
         momentum = part.mass @ modes[:, :n_followed]
         at_speeds = []
         for model in models:
-            there, others = Cyclic(model, diameters).modes(2 * n_followed)
+            _, K, M = wave_matrices(model, diameters, 0.0)
+            there, others = lowest_modes(K, M, 2 * n_followed)
             likeness = np.abs(followed.conj().T @ others)
             # of the other modes that each of ours is most like, no one twice
             found = there[linear_sum_assignment(likeness, maximize=True)[1]]

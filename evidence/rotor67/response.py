@@ -2,17 +2,15 @@
 
 from pathlib import Path
 
-import numpy as np
-
-import hpcrub
 from evidence import pictures, program, rubbing
 from evidence.page import ROOT
-from evidence.reproduce.rows import bounded
+from evidence.reproduce.rows import above_linear, bounded, done, percentile, tuned_amplitudes
 from evidence.rotor67.numbers import Number
 from hpcrub.config.schema import load_runs
-from hpcrub.results.reader import Results
+from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.pairs import rank_correlation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
+from hpcrub.studies import open_result
 
 INPUTS = ROOT / "inputs" / "rotor67"
 STUDIES = (
@@ -42,7 +40,7 @@ def numbers(model: Path, scale: float, ranks: int, folder: Path, figures: Path) 
             for drawn in folder.glob(f"{name}.*"):
                 if name.startswith(study) and drawn.suffix in (".png", ".gif"):
                     pictures.keep(drawn, figures / f"{figure}{drawn.suffix}")
-        with hpcrub.open(output) as file:
+        with open_result(output) as file:
             if study == "contact":
                 found += tuned_of(file, "amplitude", "amplitude of the tuned fan in contact")
             elif study == "percentiles":
@@ -65,25 +63,23 @@ def run(study: str, model: Path, scale: float, ranks: int, output: Path) -> None
     program.run(ranks, ROOT / "main.py", source, *changes, "--output", output, "--resume")
 
 
-def tuned_of(file: Results, name: str, what: str) -> list[Number]:
+def tuned_of(file: ResultFile, name: str, what: str) -> list[Number]:
     """A displacement of the tuned fan at all speeds."""
-    values = zip(file.config.speeds.values_hz, file[f"tuned/{name}_m"], strict=True)
+    values = zip(file.config.speeds.values_hz, file.read(f"tuned/{name}_m"), strict=True)
     return [Number(what, f"{speed:g} Hz", 1e3 * value, "mm") for speed, value in values]
 
 
-def percentiles_of(file: Results, where: str = "") -> list[Number]:
+def percentiles_of(file: ResultFile, where: str = "") -> list[Number]:
     """Percentiles of both amplifications at all levels, with 95 % intervals; tuned repeats.
 
     where: ends the names of the numbers.
     """
-    runs = 1e3 * np.sort(file["tuned/run_peaks_m"])
-    middle = 1e3 * file["tuned/reference_amplitude_m"]
+    runs, (middle, *ends) = file.read("tuned/run_peaks_m").size, tuned_amplitudes(file)
     found = [
-        Number(f"largest amplitude of the tuned fan{where}", f"{len(runs)} runs", middle, "mm",
-               runs[0], runs[-1])
-    ]  # fmt: skip
+        Number(f"largest amplitude of the tuned fan{where}", f"{runs} runs", middle, "mm", *ends)
+    ]
     for kind, name in (("A_nl", "amplification"), ("A_lin", "linear_amplification")):
-        found += _percentiles(file, f"amplification {kind}{where}", f"samples/{name}", "1")
+        found += _percentiles(file, f"amplification {kind}{where}", name, "1")
     return found
 
 
@@ -91,25 +87,22 @@ def _percentiles(file, quantity, name, unit, times=1.0):
     """Percentiles of a dataset of samples at all levels, with 95 % intervals."""
     found = []
     for level, half_range in enumerate(file.config.mistuning.half_range_percent):
-        values = times * file[name][level]
-        values = values[np.isfinite(values)]
         for p in PERCENTILES:
-            value, low, high = bounded(values, p)
+            value, low, high = (times * x for x in percentile(file, level, p, name))
             at = f"percentile {p:g}, blades within {half_range:g} %"
             found.append(Number(quantity, at, value, unit, low, high))
     return found
 
 
-def stresses_of(file: Results, where: str = "") -> list[Number]:
+def stresses_of(file: ResultFile, where: str = "") -> list[Number]:
     """Percentiles of a fan's largest stress, and the share of fans above the limit.
 
     Each stress is raised by Goodman's line for what rotation does at its place.
     """
-    found = _percentiles(file, f"stress{where}", "samples/peak_stress_pa", "MPa", 1e-6)
+    found = _percentiles(file, f"stress{where}", "peak_stress_pa", "MPa", 1e-6)
     limit = file.config.limits.stress_mpa
     for level, half_range in enumerate(file.config.mistuning.half_range_percent):
-        peaks = 1e-6 * file["samples/peak_stress_pa"][level]
-        peaks = peaks[np.isfinite(peaks)]
+        peaks = 1e-6 * done(file, "peak_stress_pa", level)
         above = int((peaks > limit).sum())
         bounds = probability_interval(above, len(peaks), Z_95)
         at = f"blades within {half_range:g} %{where}"
@@ -118,7 +111,7 @@ def stresses_of(file: Results, where: str = "") -> list[Number]:
     return found
 
 
-def conclusions_of(file: Results) -> list[Number]:
+def conclusions_of(file: ResultFile) -> list[Number]:
     """What the paper concludes of amplifications, as numbers of these fans at every level.
 
     Median of A_nl/A_lin, share of fans with A_nl above A_lin, rank correlation of both, with their
@@ -126,28 +119,24 @@ def conclusions_of(file: Results) -> list[Number]:
     """
     found = []
     for level, half_range in enumerate(file.config.mistuning.half_range_percent):
-        pairs = np.array([file[f"samples/{name}"][level]
-                          for name in ("amplification", "linear_amplification")])  # fmt: skip
-        nonlinear, linear = pairs[:, np.isfinite(pairs).all(axis=0)]
-        ratio, at = nonlinear / linear, f"blades within {half_range:g} %"
-        middle, low, high = bounded(ratio, 50.0)
-        above = int((ratio > 1.0).sum())
-        r, r_low, r_high = rank_correlation(nonlinear, linear)
+        names, at = ("amplification", "linear_amplification"), f"blades within {half_range:g} %"
+        nonlinear, linear = (done(file, name, level) for name in names)
+        middle, *ends = bounded(nonlinear / linear, 50.0)
+        above, *ends_above = (0.01 * share for share in above_linear(file, level))
+        r, *ends_r = rank_correlation(nonlinear, linear)
         found += [
-            Number("median of A_nl/A_lin", at, middle, "1", low, high),
-            Number("share of A_nl above A_lin", at, above / len(ratio), "1",
-                   *probability_interval(above, len(ratio), Z_95)),
-            Number("rank correlation of A_nl and A_lin", at, r, "1", r_low, r_high),
-        ]  # fmt: skip
+            Number("median of A_nl/A_lin", at, middle, "1", *ends),
+            Number("share of A_nl above A_lin", at, above, "1", *ends_above),
+            Number("rank correlation of A_nl and A_lin", at, r, "1", *ends_r),
+        ]
     return found
 
 
-def wear_of(file: Results) -> list[Number]:
+def wear_of(file: ResultFile) -> list[Number]:
     """Amplitude and depth of the tuned fan at all speeds; percentiles of both over the fans."""
     largest = "largest amplitude of the tuned fan on a coating"
     found = tuned_of(file, "largest_amplitude", largest)
     found += tuned_of(file, "worn_depth", "worn depth of the tuned fan")
-    found += _percentiles(file, "largest amplitude on a coating", "samples/peak_amplitude_m", "mm",
-                          1e3)  # fmt: skip
-    found += _percentiles(file, "largest worn depth", "samples/deepest_m", "mm", 1e3)
+    found += _percentiles(file, "largest amplitude on a coating", "peak_amplitude_m", "mm", 1e3)
+    found += _percentiles(file, "largest worn depth", "deepest_m", "mm", 1e3)
     return found + stresses_of(file, " on a coating")

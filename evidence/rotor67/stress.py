@@ -5,6 +5,8 @@ the linear function through these gives the corners, where elements are averaged
 strains the blade from its running shape on, so that its displacements belong on that mesh.
 """
 
+import itertools
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -12,7 +14,8 @@ from evidence.calculix import POISSON, YOUNG
 from evidence.rotor67.mesh import PLACES
 from evidence.rotor67.model import DESIGN, Fan
 from evidence.rotor67.numbers import Number
-from evidence.rotor67.reduction import Cyclic
+from hpcrub.model.imported.craig_bampton import lowest_modes
+from hpcrub.model.imported.cyclic import wave_matrices
 from hpcrub.model.imported.frames import to_cartesian, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel, row_table
 from hpcrub.model.imported.stress import COMPONENTS, tangent, von_mises
@@ -56,6 +59,12 @@ def elastic(strain: np.ndarray) -> np.ndarray:
     return YOUNG / (1.0 + POISSON) * (strain + POISSON / (1.0 - 2.0 * POISSON) * trace)
 
 
+def by_strain(nodes: np.ndarray, elements: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Stress at the integration points of small displacements, real or complex."""
+    gradient = gradients(nodes, elements, moved)
+    return elastic((gradient + gradient.swapaxes(-1, -2)) / 2.0)
+
+
 def by_rotation(nodes: np.ndarray, elements: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """Cauchy stress at the integration points of large displacements from rest."""
     gradient = gradients(nodes, elements, moved)
@@ -76,31 +85,21 @@ def at_corners(stress: np.ndarray, elements: np.ndarray, n_nodes: int) -> np.nda
         return total / count[:, None, None]
 
 
-def operator(nodes: np.ndarray, elements: np.ndarray, dof: np.ndarray) -> sp.csr_array:
-    """Six components of the stress at every corner, as `at_corners`, on rows (node, direction).
+def rows_at(corner: int, nodes: np.ndarray, elements: np.ndarray, dof: np.ndarray) -> sp.csr_array:
+    """Six components of the stress at a corner, as `at_corners`, on rows (node, direction).
 
-    nodes: (n, 3) [mm]; elements: (e, 20); dof: (m, 2), directions x, y, z. Returns (6 corners, m)
-    in MPa for a displacement of a metre; corners in increasing order.
+    nodes: (n, 3) [mm]; elements: (e, 20); dof: (m, 2), directions x, y, z. Returns (6, m) in MPa
+    for a displacement of a metre.
     """
-    slopes = _slopes()
-    gradient = np.linalg.solve(slopes @ nodes[elements][:, None], np.array(slopes)[None])
-    corner, first, count = np.unique(elements[:, :8], return_inverse=True, return_counts=True)
-    extrapolate = _powers(PLACES[:8] - 1.0, LINEAR) @ np.linalg.inv(_powers(POINTS, LINEAR))
-    table, parts = row_table(dof, len(nodes))[:, 1:4], []
-    for direction in range(3):
-        strain = np.zeros((*gradient.shape[:2], 20, 3, 3))  # of a unit of each node's displacement
-        strain[..., direction, :] += gradient.swapaxes(-1, -2) / 2
-        strain[..., :, direction] += gradient.swapaxes(-1, -2) / 2
-        at = np.einsum("cp,epaij->ecaij", extrapolate, elastic(strain))
-        for place, (i, j) in enumerate(COMPONENTS):
-            row = 6 * first.reshape(-1, 8, 1) + place
-            values = at[..., i, j] / count[first].reshape(-1, 8, 1)
-            column = table[elements][:, None, :, direction]
-            parts.append([np.broadcast_to(a, values.shape).ravel() for a in (values, row, column)])
-    values, row, column = (np.concatenate(part) for part in zip(*parts, strict=True))
-    known = column >= 0
-    entries = 1e3 * values[known], (row[known], column[known])
-    return sp.coo_array(entries, shape=(6 * len(corner), len(dof))).tocsr()
+    own = elements[(elements[:, :8] == corner).any(axis=1)]
+    table, rows = row_table(dof, len(nodes))[:, 1:4], np.zeros((len(COMPONENTS), len(dof)))
+    for node, direction in itertools.product(np.unique(own), range(3)):
+        moved = np.zeros_like(nodes)
+        moved[node, direction] = 1e3
+        stress = at_corners(by_strain(nodes, own, moved), own, len(nodes))[corner]
+        if (row := table[node, direction]) >= 0:
+            rows[:, row] = [stress[i, j] for i, j in COMPONENTS]
+    return sp.csr_array(rows)
 
 
 def with_rows(fan: Fan, sector: NeutralModel) -> NeutralModel:
@@ -110,13 +109,10 @@ def with_rows(fan: Fan, sector: NeutralModel) -> NeutralModel:
     by Goodman's line. Each row is the tangent of von Mises' stress at the mode.
     """
     elements = fan.running.elements[fan.running.blade_elements]
-    corner = np.unique(elements[:, :8])
-    groups = 1e6 * operator(fan.running.nodes, elements, sector.dof)
     _, steady, at_largest = _of_mode(fan, sector)
-    rows, places = [], places_of(fan, sector)
-    for place in places:
-        first = 6 * int(np.searchsorted(corner, place))
-        rows.append(tangent(groups[first : first + 6], at_largest[place]))
+    places = places_of(fan, sector)
+    groups = [1e6 * rows_at(place, fan.running.nodes, elements, sector.dof) for place in places]
+    rows = [tangent(g, at_largest[place]) for g, place in zip(groups, places, strict=True)]
     return sector._replace(
         stress=sp.csr_array(sp.vstack(rows)),
         stress_blade=np.zeros(len(places), dtype=int),
@@ -137,8 +133,8 @@ def _of_mode(fan, sector):
     The last is the stress of the instant at which it is largest (n, 3, 3); all in MPa.
     """
     elements, n = fan.running.elements[fan.running.blade_elements], len(fan.running.nodes)
-    gradient = gradients(fan.running.nodes, elements, mode(sector, n))
-    found = at_corners(elastic((gradient + gradient.swapaxes(-1, -2)) / 2.0), elements, n)
+    found = by_strain(fan.running.nodes, elements, mode(sector, n))
+    found = at_corners(found, elements, n)
     instants = (PHASES[:, None, None, None] * found).real
     sizes = von_mises(instants)
     best = np.nan_to_num(sizes).argmax(axis=0)
@@ -156,8 +152,8 @@ def mode(sector: NeutralModel, n_nodes: int) -> np.ndarray:
     Its largest tangential amplitude at a contact point is one.
     """
     sector = to_cylindrical(sector)
-    wave = Cyclic(sector, DIAMETERS)
-    shape = wave.phases @ wave.modes(1)[1][:, 0]
+    wave, K, M = wave_matrices(sector, DIAMETERS, 0.0)
+    shape = wave @ lowest_modes(K, M, 1)[1][:, 0]
     rows = row_table(sector.dof, n_nodes)[:, 1:4]
     moved = np.where(rows >= 0, shape[rows], 0.0)
     moved /= np.abs(moved[sector.contact_node, 1]).max()

@@ -17,7 +17,6 @@ KINDS = {"steady": STEADY, "averaged": AVERAGED, "marked": NOT_STEADY}
 class Followed(NamedTuple):
     """Points of a disk: what the sweep said, and what they are in the time that follows."""
 
-    speeds: np.ndarray  # (S,) [Hz]
     state: np.ndarray  # (S,) code of ``status``
     time: np.ndarray  # (S,) simulated [s]
     amplitude: np.ndarray  # (S,) [m]
@@ -47,11 +46,8 @@ def follow(modes, scene, speeds_hz, seconds):
     truth = np.full((2, len(speeds_hz)), np.nan)
     for group in history.groups(speeds_hz):
         truth[:, group] = _truth(modes, scene, speeds_hz[group], motion, group, seconds)
-    return Followed(
-        *(speeds_hz, result.point_status, result.time, result.amplitude, result.error),
-        *truth,
-        cost,
-    )
+    said = result.point_status, result.time, result.amplitude, result.error
+    return Followed(*said, *truth, cost)
 
 
 def _truth(modes, scene, speeds_hz, motion, group, seconds):

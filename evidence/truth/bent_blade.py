@@ -23,13 +23,8 @@ def clamped(bow):
     basis = np.zeros((len(disk.mass), len(values)))
     basis[own] = modes
     model = planar_second_order(disk, basis, section, MATERIAL)
-    second = model._replace(
-        participation=model.participation[:1],
-        shortening=model.shortening[:1],
-        observed=model.observed[:1],
-        curvature=model.curvature[:1],
-        motion=model.motion[:1],
-    )
+    of_points = "participation", "shortening", "observed", "curvature", "motion"
+    second = model._replace(**{name: getattr(model, name)[:1] for name in of_points})
     radius = disk.contact_radius[0]
     normal, tangential = modes[-3:-2], modes[-2:-1]
     face = planar_interface(np.zeros(1), radius, normal, tangential)

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.model.disk import build_disk
+
 NEWTON_STEPS = 60
 
 
@@ -25,8 +27,6 @@ def planar_blade(section, material):
 
     The mass is that of the linear elements, which the disk has, too.
     """
-    from hpcrub.model.disk import build_disk
-
     disk = build_disk(section, material)
     own = disk.blade_dof[0][3:]
     area = section.width * section.blade.thickness

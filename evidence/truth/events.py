@@ -1,18 +1,19 @@
-"""Event-driven reference: exact motion between impacts and releases that are located to rounding.
+"""Exact motion from event to event, which are located to rounding; a structure before a wall.
 
-The continuous problem whose limit h → 0 the kernel computes for a fixed set of modes is
+Between two events a motion is linear, y' = A y, so that a matrix exponential solves it: `follow`
+does so for any system of regimes. One of them is the continuous problem whose limit h → 0 the
+kernel computes for a fixed set of modes,
 
-    q̈ + 2ξω q̇ + ω² q = −(R + μT)ᵀλ,   g = w(t) − R q ≥ 0,   λ ≥ 0,   λ g = 0
+    q̈ + 2ξω q̇ + ω² q = −(R + μT)ᵀλ,   g = w(t) − R q ≥ 0,   λ ≥ 0,   λ g = 0.
 
-and, as modes carry mass, it needs an impact law besides. The kernel ends the step of an impact on
-the wall and the next one with the wall's velocity: Newton's law with restitution e = 0,
+As modes carry mass, it needs an impact law besides. The kernel ends the step of an impact on the
+wall and the next one with the wall's velocity: Newton's law with restitution e = 0,
 
     p = (R q̇ − ẇ)/S ≥ 0,   q̇ ← q̇ − (R + μT)ᵀp,   S = R (R + μT)ᵀ.
 
 While contact lasts, R q̈ = ẅ gives λ = −(R(2ξω q̇ + ω² q) + ẅ)/S, a linear motion of one
-degree of freedom less; it ends where λ turns negative. Both motions are y' = A y + b ẅ(t) for
-y = (q, q̇, impulse), propagated by matrix exponentials and, for the wall, by Gauss–Legendre
-quadrature of the variation of constants. Only NumPy and SciPy: nothing is shared with the kernel.
+degree of freedom less; it ends where λ turns negative. Only NumPy and SciPy: nothing is shared with
+the kernel.
 """
 
 from typing import NamedTuple
@@ -21,122 +22,108 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+SEARCHED = np.linspace(0.0, 0.98, 50)  # shares of a step at which a guard may have become positive
+
+
+def follow(system, y, regime, dt, n_steps):
+    """States (n + 1, m) at the times 0, dt, ... from y (m,), and events (time, regime that ends).
+
+    system: has `matrix`, A of a regime; `guards` of a regime and a state, which yields what is
+    positive as long as the regime holds, and the regime that follows it; `after`, the state and the
+    regime after an event. Two events of the same kind must not share a step dt [s].
+    """
+    out, events, flows = [y], [], {}
+    for n in range(n_steps):
+        t, end = n * dt, (n + 1) * dt
+        while t < end:
+            left = dt if t == n * dt else end - t
+            if (regime, left) not in flows:
+                flows[regime, left] = expm(system.matrix(regime) * left)
+            new, at = flows[regime, left] @ y, {}
+            both = zip(system.guards(regime, new), system.guards(regime, y), strict=True)
+            for (value, follower), (before, _) in both:
+                if value < 0.0 and (before > 0.0 or value < before):
+                    at[follower] = _first_zero(system, regime, y, left, follower)
+            if not at:
+                y, t = new, end
+                continue
+            follower = min(at, key=at.get)
+            y, t = expm(system.matrix(regime) * at[follower]) @ y, t + at[follower]
+            events.append((t, regime))
+            y, regime = system.after(y, follower)
+        out.append(y)
+    return np.array(out), events
+
+
+def _first_zero(system, regime, y, left, follower):
+    """Time from now at which the guard before a follower, negative at the end, turns negative."""
+
+    def value(s):
+        there = expm(system.matrix(regime) * s) @ y
+        return next(g for g, after in system.guards(regime, there) if after == follower)
+
+    # zero at rest since the last event: look for where it left
+    start = next((s for s in left * SEARCHED if value(s) > 0.0), None)
+    return 0.0 if start is None else brentq(value, start, left, xtol=1e-18, rtol=8.9e-16)
 
 
 class Wall(NamedTuple):
-    """Place of a moving wall and its derivatives, functions of time."""
+    """A wall that moves as mean + amplitude cos(nu t) [m], [rad/s]."""
 
-    place: callable
-    velocity: callable
-    acceleration: callable
+    mean: float
+    amplitude: float
+    nu: float
+
+    def place(self, t):
+        """Where it is at times [m]."""
+        return self.mean + self.amplitude * np.cos(self.nu * t)
 
 
 class Motion(NamedTuple):
     """Exact motion at the times 0, dt, 2 dt, ..."""
 
     position: np.ndarray  # q (n + 1, K)
-    velocity: np.ndarray  # q̇ (n + 1, K)
     impulse: np.ndarray  # of the contact force since t = 0 (n + 1,) [N s]
     impacts: list  # times [s]
-    lost: float  # kinetic energy lost in impacts [J]
-
-
-class _Flow:
-    """y' = A y + b ẅ(t) over steps of any length."""
-
-    def __init__(self, A, b, wall, dt):
-        self.A, self.b, self.wall, self.dt = A, b, wall, dt
-        self.whole = self._operators(dt)
-
-    def _operators(self, s):
-        at = s * (_NODES + 1.0) / 2.0
-        pushes = [
-            weight * s / 2.0 * expm(self.A * (s - a)) @ self.b
-            for a, weight in zip(at, _WEIGHTS, strict=True)
-            if self.b.any()
-        ]
-        return expm(self.A * s), np.array(pushes), at
-
-    def __call__(self, y, t, s):
-        propagator, pushes, at = self.whole if s == self.dt else self._operators(s)
-        y = propagator @ y
-        if len(pushes):
-            y = y + np.array([self.wall.acceleration(t + a) for a in at]) @ pushes
-        return y
 
 
 class Reference:
-    """One structure (`motion.Structure`) and one wall."""
+    """One structure (`motion.Structure`) and one wall: y = (q, q̇, impulse, wall's cos, sin, 1)."""
 
-    def __init__(self, structure, wall, dt):
-        """dt: step between outputs [s]; two events of the same kind must not share a step."""
-        self.wall, self.dt = wall, dt
-        self.R = structure.radial
-        self.push = structure.radial + structure.friction * structure.tangential
-        self.S = self.R @ self.push
-        self.K = K = len(self.R)
-        spring = structure.omega**2
-        damper = 2.0 * structure.damping_ratio * structure.omega
-        A = np.zeros((2 * K + 1, 2 * K + 1))
-        A[:K, K : 2 * K] = np.eye(K)
-        A[K : 2 * K, :K], A[K : 2 * K, K : 2 * K] = -np.diag(spring), -np.diag(damper)
-        self.row = -np.concatenate([self.R * spring, self.R * damper, [0.0]]) / self.S
-        act = np.concatenate([np.zeros(K), -self.push, [1.0]])  # of λ on y'
-        still = np.zeros(2 * K + 1)
-        self.free = _Flow(A, still, wall, dt)
-        self.stuck = _Flow(A + np.outer(act, self.row), -act / self.S, wall, dt)
+    def __init__(self, structure, wall):
+        """The regimes are whether the structure stays on the wall."""
+        self.wall, R, self.K = wall, structure.radial, len(structure.radial)
+        q, v = np.split(np.arange(2 * self.K), 2)
+        A = np.zeros((2 * self.K + 4, 2 * self.K + 4))
+        A[q, v], A[v, q] = 1.0, -(structure.omega**2)
+        A[v, v] = -2.0 * structure.damping_ratio * structure.omega
+        A[-3, -2], A[-2, -3] = -wall.nu, wall.nu
+        self.gap = np.zeros(len(A))
+        self.gap[q], self.gap[-3], self.gap[-1] = -R, 1.0, wall.mean
+        self.kick = np.zeros(len(A))  # of a unit of impulse
+        self.kick[v] = -(R + structure.friction * structure.tangential)
+        self.kick[2 * self.K] = 1.0
+        S = -(R @ self.kick[v])
+        self.approach, self.force = -(self.gap @ A) / S, -(self.gap @ A @ A) / S
+        self.matrices = A, A + np.outer(self.kick, self.force)
 
-    def _gap(self, y, t):
-        return self.wall.place(t) - self.R @ y[: self.K]
+    def matrix(self, stays):
+        """A of a regime."""
+        return self.matrices[stays]
 
-    def _force(self, y, t):
-        return self.row @ y - self.wall.acceleration(t) / self.S
+    def guards(self, stays, y):
+        """The gap, or the force."""
+        yield (self.force if stays else self.gap) @ y, not stays
 
-    def _impact(self, y, t):
-        """State after an impact, and the kinetic energy lost relative to the wall."""
-        K = self.K
-        approach = self.R @ y[K : 2 * K] - self.wall.velocity(t)
-        p = approach / self.S
-        y = y.copy()
-        y[K : 2 * K] -= self.push * p
-        y[-1] += p
-        return y, p * approach / 2.0
+    def after(self, y, touches):
+        """State after an impact or a release, and whether the structure stays."""
+        if touches:
+            y = y + self.kick * (self.approach @ y)
+        return y, bool(touches and self.force @ y > 0.0)
 
-    def run(self, q, v, n_steps):
-        """Motion from q, v (K,) without contact at t = 0."""
-        y, stuck = np.concatenate([q, v, [0.0]]), False
-        out, impacts, lost = [y], [], 0.0
-        for n in range(n_steps):
-            t, end = n * self.dt, (n + 1) * self.dt
-            while t < end:
-                left = self.dt if t == n * self.dt else end - t
-                flow, watch = (self.stuck, self._force) if stuck else (self.free, self._gap)
-                new = flow(y, t, left)
-                if watch(new, t + left) >= 0.0:
-                    y, t = new, end
-                    continue
-                s = _first_zero(flow, watch, y, t, left)
-                y, t = flow(y, t, s), t + s
-                if not stuck:
-                    y, loss = self._impact(y, t)
-                    impacts.append(t)
-                    lost += loss
-                stuck = not stuck and self._force(y, t) > 0.0
-            out.append(y)
-        out = np.array(out)
-        return Motion(out[:, : self.K], out[:, self.K : -1], out[:, -1], impacts, lost)
-
-
-def _first_zero(flow, watch, y, t, left):
-    """Time from t at which the watched quantity, negative at the end, turns negative."""
-
-    def value(s):
-        return watch(flow(y, t, s), t + s)
-
-    start = 0.0
-    if value(start) <= 0.0:  # on the wall at rest since the last event: look for where it left
-        start = next((s for s in left * np.linspace(0.02, 0.98, 49) if value(s) > 0.0), None)
-        if start is None:
-            return 0.0
-    return brentq(value, start, left, xtol=1e-15, rtol=8.9e-16)
+    def run(self, q, v, dt, n_steps):
+        """Motion from q, v (K,) without contact at t = 0; dt: step between outputs [s]."""
+        begin = np.concatenate([q, v, [0.0, self.wall.amplitude, 0.0, 1.0]])
+        y, events = follow(self, begin, False, dt, n_steps)
+        impacts = [t for t, stayed in events if not stayed]
+        return Motion(y[:, : self.K], y[:, 2 * self.K], impacts)

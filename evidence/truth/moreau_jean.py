@@ -19,6 +19,7 @@ above 1/h undamped, which every impact excites: θ = 0.51 takes 4 % of them a st
 (θ − 1/2)ωh, 4·10⁻⁵ at 138 Hz and h = 5 µs, to the damping ratio.
 """
 
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numba
@@ -26,24 +27,16 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from evidence.truth.ring import bump, forces
-from hpcrub.model.interface import Interface, planar_interface
+from hpcrub.model.interface import planar_interface
 
 THETA = 0.51
 
 
-class Model(NamedTuple):
-    """What the scheme needs of a structure; a ReducedModel has the same members."""
-
-    mass: np.ndarray  # (n, n)
-    stiffness: np.ndarray  # (n, n)
-    interface: Interface
-
-
 def unreduced(disk):
-    """The Model of a planar Disk with all its dof."""
+    """A planar Disk with all its dof as the model of the scheme; a ReducedModel is one, too."""
     rows = np.eye(len(disk.mass))[disk.contact_dof.T]
     face = planar_interface(disk.contact_angle, disk.contact_radius, *rows)
-    return Model(disk.mass, disk.stiffness, face)
+    return SimpleNamespace(mass=disk.mass, stiffness=disk.stiffness, interface=face)
 
 
 class _Operators(NamedTuple):
@@ -100,7 +93,7 @@ def _integrate(operators, casing, angle, speeds_hz, h, n_steps, y, peaks):
 def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration):
     """Largest observed displacement over three revolutions, from rest.
 
-    model: Model or ReducedModel, mistuned or not; casing: `ring.Wall`; speeds_hz (S,);
+    model: of `unreduced`, or a ReducedModel, mistuned or not; casing: `ring.Wall`; speeds_hz (S,);
     h, duration [s]. Returns amplitudes (2, S) [m] over the three revolutions before the last three
     and over the last three.
     """

@@ -15,16 +15,6 @@ import numpy as np
 SWEEPS = 5000  # at most
 
 
-class Ring(NamedTuple):
-    """Pairs of modes of a casing (J,): w = A (c cos nθ + s sin nθ), v = B (c sin nθ − s cos nθ)."""
-
-    n: np.ndarray
-    omega: np.ndarray
-    damping_ratio: np.ndarray
-    A: np.ndarray
-    B: np.ndarray
-
-
 class Wall(NamedTuple):
     """Bumps on the ring, clearance, friction."""
 
@@ -81,20 +71,24 @@ def forces(W, p):
 
 
 def integrate(omega, damping_ratio, normal, tangential, angle, ring, wall, speed_hz, steps, n):
-    """The Run of n steps of a disk of modes (K,), (C, K) [1/√kg] at rest; steps: of a turn."""
+    """The Run of n steps of a disk of modes (K,), (C, K) [1/√kg] at rest; steps: of a turn.
+
+    ring: n, ω, ξ, A and B of J pairs: w = A (c cos nθ + s sin nθ), v = B (c sin nθ − s cos nθ).
+    """
+    waves, ring_omega, ring_ratio, A, B = ring
     h = 1.0 / (speed_hz * steps)
-    all_omega = np.concatenate([omega, np.repeat(ring.omega, 2)])
-    ratio = np.concatenate([np.full(len(omega), damping_ratio), np.repeat(ring.damping_ratio, 2)])
+    all_omega = np.concatenate([omega, np.repeat(ring_omega, 2)])
+    ratio = np.concatenate([np.full(len(omega), damping_ratio), np.repeat(ring_ratio, 2)])
     keep, before, gain = recurrence(all_omega, ratio, h)
     K, (q, old) = len(omega), np.zeros((2, len(all_omega)))
-    found = Run(*(np.zeros((n, m)) for m in (K, 2 * len(ring.n), len(angle))))
+    found = Run(*(np.zeros((n, m)) for m in (K, 2 * len(waves), len(angle))))
 
     def seen(step):
         """Normal and tangential rows (C, K + 2J) of the points after so many steps."""
-        phase = (angle + 2.0 * np.pi * step / steps)[:, None] * ring.n
+        phase = (angle + 2.0 * np.pi * step / steps)[:, None] * waves
         cosine, sine = np.cos(phase), np.sin(phase)
-        w = np.stack([ring.A * cosine, ring.A * sine], -1).reshape(len(angle), -1)
-        v = np.stack([ring.B * sine, -ring.B * cosine], -1).reshape(len(angle), -1)
+        w = np.stack([A * cosine, A * sine], -1).reshape(len(angle), -1)
+        v = np.stack([B * sine, -B * cosine], -1).reshape(len(angle), -1)
         return np.hstack([normal, -w]), np.hstack([tangential, -v])
 
     for step in range(n):

@@ -30,7 +30,7 @@ class Structure(NamedTuple):
     """K modes of mass one, C contact points and N blades with p bent modes each."""
 
     omega: np.ndarray  # (K,) [rad/s]
-    damping_ratio: np.ndarray  # (K,)
+    damping_ratio: np.ndarray  # (K,), or one for all
     normal: np.ndarray  # (C, K) [1/√kg]
     tangential: np.ndarray  # (C, K)
     axial: np.ndarray  # (C, K); (0, K) of a planar structure
@@ -56,23 +56,12 @@ class Run(NamedTuple):
 
 def structure_of(modes, interface, model, damping_ratio):
     """The Structure of hpcrub's Modes of a disk, its Interface and its SecondOrder."""
-    return Structure(
-        modes.omega,
-        np.broadcast_to(damping_ratio, modes.omega.shape),
-        modes.normal,
-        modes.tangential,
-        modes.axial,
-        interface.blade,
-        interface.angle,
-        interface.radius,
-        model.participation @ modes.shapes,
-        model.shortening,
-        model.coupling,
-        model.quartic if model.quartic.size else np.zeros((len(model.omega),) * 4),
-        model.inertia,
-        model.omega,
-        model.curvature,
-    )
+    known = interface._asdict() | model._asdict() | modes._asdict()
+    known |= {"damping_ratio": damping_ratio, "bent": model.participation @ modes.shapes}
+    known["alone"] = model.omega
+    if not model.quartic.size:
+        known["quartic"] = np.zeros((len(model.omega),) * 4)
+    return Structure(**{name: known[name] for name in Structure._fields})
 
 
 def coefficients(scheme, omega, damping_ratio, h):
@@ -119,12 +108,13 @@ def gradients(structure, q):
     return first - np.einsum("cda,cak->dck", turned, rows)
 
 
-def met(structure, moved, casing, rotation, t):
+def met(structure, moved, wall, rotation, t):
     """Penetration without the clearance, and the lean m of the wall (C,); order `first`: no κ."""
     along = moved[:, 1]
     per_motion = (structure.curvature > 0.0) / structure.radius
     theta = structure.angle + rotation + per_motion * along
-    below, height, above = casing(theta + SMALL * np.array([[-1.0], [0.0], [1.0]]), t)
+    around = theta + SMALL * np.array([[-1.0], [0.0], [1.0]])
+    below, height, above = bump.py_func(wall, around, t)
     lean = structure.curvature * along
     depth = moved[:, 0] + lean * along / 2.0 + height
     return depth, lean + (above - below) / (2.0 * SMALL) * per_motion
@@ -152,15 +142,10 @@ def directions(structure, gradient, lean, increment, friction, turn):
 
 
 def integrate(
-    structure, casing, clearance, friction, speed_hz, h, n, order="second",
-    scheme="central_difference", start=None,
-):  # fmt: skip
-    """Run of n steps of h [s].
-
-    casing: function of angles from a crest (any shape) [rad] and time [s], the height of the wall
-    [m], as `casing_of` makes it; clearance: of all points or of each (C,) [m]; start: q and its
-    increment (K,) in the step before; rest by default.
-    """
+    structure, wall, speed_hz, h, n, order="second", scheme="central_difference", start=None
+):
+    """Run of n steps of h [s] before a `ring.Wall`; start: q and its increment (K,) in the step
+    before; rest by default."""
     structure = of_order(structure, order)
     decay, gain = coefficients(scheme, structure.omega, structure.damping_ratio, h)
     K, n_points, turn = len(decay), len(structure.normal), 2.0 * np.pi * speed_hz * h
@@ -176,19 +161,14 @@ def integrate(
         before, d = d, decay * d - gain * pull
         q = q + d
         moved = place(structure, q)
-        depth, lean = met(structure, moved, casing, turn * (k + 1), h * (k + 1))
-        depth = depth - clearance
+        depth, lean = met(structure, moved, wall, turn * (k + 1), h * (k + 1))
+        depth = depth - wall.clearance
         if depth.max() > 0.0:
             gradient = gradients(structure, q)
-            rows, along = directions(structure, gradient, lean, before, friction, turn)
+            rows, along = directions(structure, gradient, lean, before, wall.friction, turn)
             found.force[k] = forces((rows * gain) @ along.T, depth)
             change = -gain * (along.T @ found.force[k])
             q, d = q + change, d + change
             moved = place(structure, q)
         found.position[k], found.place[k] = q, moved
     return found
-
-
-def casing_of(wall):
-    """The casing of a `ring.Wall` as a function of angles and time."""
-    return lambda theta, t: bump.py_func(wall, theta, t)

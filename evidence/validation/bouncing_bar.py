@@ -15,8 +15,6 @@ Both flights last 2τ_f, and as this is 3τ the bar lands as it left, deformed a
 pattern repeats after 2(τ + 2τ_f), without loss: whatever energy the computed bar loses is error.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.linalg import eigh
 
@@ -100,15 +98,6 @@ def _contact(x, s, second):
     return u + a, v + np.where(second, -rate, rate), E / C * (V0 + GRAVITY * r)
 
 
-class Errors(NamedTuple):
-    """Root mean square errors of the foot's motion and of the pressure, relative to the exact."""
-
-    displacement: float
-    velocity: float
-    pressure: float  # L1 norm of its running mean over SMOOTH seconds, over that of the exact one
-    impulse: float  # largest error of the contact impulse so far over that of one bounce
-
-
 def critical_step(n_elements, lumped=False):
     """Largest stable step of central differences [s]."""
     crossing = LENGTH / n_elements / C
@@ -134,19 +123,23 @@ def bounce(n_elements, scheme_name, step, until=TEN_BOUNCES, lumped=False):
 
 
 def errors(motion, until):
-    """Relative `Errors` of a `bounce` until some time."""
+    """Relative errors of a `bounce` until some time, by what they are of.
+
+    Displacement and velocity: root mean square; pressure: L1 norm of its running mean over SMOOTH
+    seconds; impulse: largest error of the contact impulse so far over that of one bounce.
+    """
     t, u, v, force = motion
     step, n = t[1], int(until / t[1])
     u_exact = exact(0.0, t[: n + 1])[0]
     v_exact = exact(0.0, t[1 : n + 1] - step / 2.0)[1]
     pressure = exact(0.0, t[:n])[2]
     impulse = np.cumsum(pressure - force[:n]) * step
-    return Errors(
-        np.sqrt(np.mean((u[: n + 1] - u_exact) ** 2) / np.mean(u_exact**2)),
-        np.sqrt(np.mean((v[:n] - v_exact) ** 2) / np.mean(v_exact**2)),
-        np.abs(_smooth(force[:n] - pressure, step)).sum() / pressure.sum(),
-        np.abs(impulse).max() / (2.0 * RHO * LENGTH * V0),
-    )
+    return {
+        "displacement": np.sqrt(np.mean((u[: n + 1] - u_exact) ** 2) / np.mean(u_exact**2)),
+        "velocity": np.sqrt(np.mean((v[:n] - v_exact) ** 2) / np.mean(v_exact**2)),
+        "pressure": np.abs(_smooth(force[:n] - pressure, step)).sum() / pressure.sum(),
+        "impulse": np.abs(impulse).max() / (2.0 * RHO * LENGTH * V0),
+    }
 
 
 def lost_energy(n_elements, scheme_name, step, until=TEN_BOUNCES, lumped=False):
@@ -157,8 +150,8 @@ def lost_energy(n_elements, scheme_name, step, until=TEN_BOUNCES, lumped=False):
     return step * np.arange(1, len(lost) + 1), lost
 
 
-def section(folder):
-    """Parts of the page, and verdicts; figures go to ``folder``."""
+def section():
+    """Parts of the page, verdicts and the figure."""
     parts, verdicts, curves = [], [], {}
     for name, lumped, ratio, meshes in SERIES:
         case = f"`{name}`, {'lumped' if lumped else 'consistent'} mass"
@@ -169,23 +162,23 @@ def section(folder):
             energy_lost = lost_energy(n, name, step, lumped=lumped)
             two.append(errors(motion, PERIOD))
             ten.append(errors(motion, TEN_BOUNCES))
-            losses.append([np.interp(t, *energy_lost) for t in AFTER.values()])
+            losses.append({after: np.interp(t, *energy_lost) for after, t in AFTER.items()})
             curves[name, lumped, n] = motion, energy_lost
         tables = (
             ("over two bounces", _columns(two)),
             ("over ten bounces", _columns(ten)),
-            ("share of the energy lost", dict(zip(AFTER, np.array(losses).T, strict=True))),
+            ("share of the energy lost", _columns(losses)),
         )
         parts.append(f"{case}, h = {ratio} of the critical step of its mass matrix;")
         for what, columns in tables:
             parts += [f"{what}:", report.order_table(("elements", meshes), size, columns)]
         verdicts += _verdicts(case, lumped, size, *(columns for _, columns in tables))
-    _figure(folder, curves)
+    _figure(curves)
     return {"errors": "\n\n".join(parts)}, verdicts
 
 
 def _columns(rows):
-    return dict(zip(Errors._fields, np.array(rows).T, strict=True))
+    return {what: np.array([row[what] for row in rows]) for what in rows[0]}
 
 
 def _verdicts(case, lumped, size, two, ten, losses):
@@ -206,7 +199,7 @@ def _verdicts(case, lumped, size, two, ten, losses):
     return verdicts
 
 
-def _figure(folder, curves):
+def _figure(curves):
     """One column for each scheme; rows: displacement, velocity, pressure, energy."""
     figure, axes = report.axes(n_rows=4, n_columns=2, sharex=True, sharey="row", figsize=(13, 10))
     t_exact = np.linspace(0.0, TEN_BOUNCES, 4000)
@@ -228,7 +221,7 @@ def _figure(folder, curves):
     for ax, label in zip(axes[:, 0], labels, strict=True):
         ax.set_ylabel(label)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
-    report.save(figure, folder, "bouncing_bar")
+    report.save(figure, "validation_bouncing_bar")
 
 
 def _smooth(force, step):

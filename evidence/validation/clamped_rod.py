@@ -99,13 +99,6 @@ def coefficients(u, n_harmonics):
     return c
 
 
-def balanced(stiffness, drive, n_harmonics, u):
-    """Largest displacement by harmonic balance, from a motion u (n,) of a period [m]."""
-    guess = coefficients(u, n_harmonics)
-    rod = stop_and_rod(stiffness)
-    return np.abs(harmonics.periodic(**rod, load=LOAD, drive=drive, guess=guess)[1]).max()
-
-
 def stability(path, first, motion, u):
     """Rows of the upper branch beyond its last motion that stays, and verdicts on them.
 
@@ -132,7 +125,7 @@ def stability(path, first, motion, u):
     return [[f"{x:.4g}" for x in row] for row in rows], verdicts
 
 
-def section(_folder):
+def section():
     """Parts of the page, and verdicts."""
     M, K = matrices()
     first, rows, off = np.sqrt(eigh(K, M, eigvals_only=True)[0]), [], []
@@ -147,8 +140,9 @@ def section(_folder):
                     branch = motion, u
                 if known is None:
                     continue
-                short, long = (1e3 * balanced(stiffness, ratio * first, n, u) for n in SERIES)
-                found = 1e3 * np.abs(u).max()
+                rod = stop_and_rod(stiffness) | {"load": LOAD, "drive": ratio * first}
+                series = [harmonics.periodic(**rod, guess=coefficients(u, n))[1] for n in SERIES]
+                found, short, long = (1e3 * np.abs(one).max() for one in (u, *series))
                 off.append([found / known - 1.0, found / long - 1.0, short / known - 1.0])
                 numbers = [f"{value:.5f}" for value in (known, found, short, long)]
                 rows.append([f"{stiffness:g}", f"{ratio:g}", *numbers, f"{off[-1][0]:.0e}"])

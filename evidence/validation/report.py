@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from evidence import pictures
-from evidence.page import table
+from evidence.page import DOCS, table
 from hpcrub.plot.style import COLOURS, STYLE
 
 SCHEMES = "central_difference", "exact_modal"
@@ -71,7 +71,7 @@ def axes(n_columns=1, n_rows=1, **options):
         return plt.subplots(n_rows, n_columns, **options)
 
 
-def save(figure, folder, name):
+def save(figure, name):
     """Write a figure of the page."""
-    pictures.save(figure, folder / f"validation_{name}.png", dpi=130)
+    pictures.save(figure, DOCS / "figures" / f"{name}.png", dpi=130)
     plt.close(figure)

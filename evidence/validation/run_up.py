@@ -2,8 +2,8 @@
 
 A load of four periods around a disk, no tip of which reaches the casing, is at each tip a harmonic
 cos(4(φ + θ(t))), θ the integral of the speed. The tuned disk answers by its waves of four
-diameters, a mistuned one by all its modes. `evidence.truth.run_up` has the exact motion of every
-mode by the Faddeeva function, with the wave that turns backward (`passed`) and without (`passage`).
+diameters. `evidence.truth.run_up` has the exact motion of every mode by the Faddeeva function, with
+the wave that turns backward (`passed`) and without (`passage`).
 """
 
 import itertools
@@ -21,21 +21,10 @@ from hpcrub.response.run_up import Asked, Runner
 from hpcrub.response.schedule import Schedule
 
 HZ, ORDER, N_MODES = 2.0 * np.pi, 4, 12
-MISTUNING = np.linspace(-0.03, 0.03, 12)[[3, 8, 1, 11, 5, 0, 9, 2, 6, 10, 4, 7]]
 RATES = {0.1: 1.0, 1.0: 3.0, 5.0: 5.0, 20.0: 7.0}  # [Hz/s], and how far from the resonance [Hz]
 STEP, RECORDS = 2e-5, 2e-4  # [s]
 NARROW, NARROW_RATE, NARROW_AWAY = DAMPING_RATIO / 20.0, 0.0125, 0.2
-STEPS = 8e-5 * 2.0 ** -np.arange(4)  # [s]
-STEPS_ENDS, STEPS_LAST = (22.7, 23.2), 0.4  # of the mistuned disk [Hz], [s]
 FINE = 201  # so many intervals of speed that stretches are single turns
-
-
-class Trail(NamedTuple):
-    """Modal displacements of R repetitions at the ends of stretches, with the exact time."""
-
-    time: np.ndarray  # of every repetition, negative before it begins to turn (S, R) [s]
-    position: np.ndarray  # (S, K, R) [m √kg]
-    waits: np.ndarray  # before it begins to turn (R,) [s]
 
 
 def loaded(scheme="exact_modal", damping=DAMPING_RATIO, **changes):
@@ -48,18 +37,6 @@ def runner(modes, scene, schedule, repeats=1, n_intervals=FINE):
     """A Runner of a schedule."""
     ends = schedule.speed_hz.min(), schedule.speed_hz.max()
     return Runner(modes, scene, schedule, Asked(np.linspace(*ends, n_intervals), repeats))
-
-
-def trail(modes, scene, schedule, repeats=1):
-    """The Trail of a run until the last stretch that ends before the schedule does."""
-    run, time, position = runner(modes, scene, schedule, repeats), [], []
-    waits = run.delay / (schedule.speed_hz[0] * run.grid.steps_per_revolution)
-    for _ in run.go_on():
-        if run.time.max() > schedule.time[-1]:
-            break
-        time.append(run.time)
-        position.append(run.bank.state.position[:, :repeats].copy())
-    return Trail(np.array(time), np.array(position), waits)
 
 
 def records(run):
@@ -135,26 +112,8 @@ def pass_by(rate, away, damping=DAMPING_RATIO):
     return Passage(begin + rate * t, *sizes, alone, run.run.envelope[0, 0] / steady, at)
 
 
-def step_errors(modes, scheme, ends=STEPS_ENDS):
-    """Steps (n,) [s], and errors of all tips at them (n, S, C) [-]; ends: of the speed [Hz]."""
-    rate, found = (ends[1] - ends[0]) / STEPS_LAST, []
-    for step in STEPS:
-        scene = loaded(scheme, step=step, record_interval=0.0)
-        run = trail(modes, scene, Schedule([0.0, STEPS_LAST], ends))
-        known = exact(modes, scene, ends[0], rate, run.time[:, 0]) @ modes.observed.T
-        off = run.position[..., 0] @ modes.observed.T - known
-        found.append(off / np.abs(known).max())
-    return STEPS, np.array(found)
-
-
-def extrapolated(steps, errors):
-    """Largest error of the limit of the two smallest of steps (n,), by errors (n, ...) at all."""
-    a, b = steps[-2:] ** 2
-    return float(np.abs((a * errors[-1] - b * errors[-2]) / (a - b)).max())
-
-
-def section(folder):
-    """Parts of the page, and verdicts; the figure goes to ``folder``."""
+def section():
+    """Parts of the page, verdicts and the figure."""
     asked = itertools.product(RATES, (1, -1))
     runs = {(rate, way): pass_by(way * rate, RATES[rate]) for rate, way in asked}
     rows, apart = [], 0.0
@@ -174,21 +133,11 @@ def section(folder):
         report.at_most("all modes, at every record, over the steady peak", apart, 1e-4),
         report.at_most(f"one mode, ξ = {NARROW:g}, over the steady peak", beside, 1e-3),
     ]
-    mistuned, columns = mistuned_modes(reference_reduced(N_MODES), MISTUNING), {}
-    for scheme in report.SCHEMES:
-        steps, errors = step_errors(mistuned, scheme)
-        columns[f"`{scheme}`"] = np.abs(errors).max(axis=(1, 2))
-        verdicts += [
-            report.order(f"`{scheme}`", steps, columns[f"`{scheme}`"], 1.9, 2.1),
-            report.at_most(f"`{scheme}`, limit of the steps", extrapolated(steps, errors), 1e-6),
-        ]
-    labels = "h", [f"{1e6 * step:g} µs" for step in steps]
-    parts["steps"] = report.order_table(labels, steps, columns)
-    _figure(runs, folder)
+    _figure(runs)
     return parts, verdicts
 
 
-def _figure(runs, folder):
+def _figure(runs):
     """Waves over the speed, up and down, at all rates."""
     figure, axes = report.axes(2, sharey=True)
     for way, ax in zip((1, -1), axes, strict=True):
@@ -205,4 +154,4 @@ def _figure(runs, folder):
     axes[0].set(ylabel="wave of the tips [% of the steady peak]", ylim=(0.0, 105.0))
     axes[0].plot([], [], "o", ms=2.6, color="0.3", label="one mode, closed form")
     figure.legend(*axes[0].get_legend_handles_labels(), ncols=5, loc="outside upper center")
-    report.save(figure, folder, "run_up")
+    report.save(figure, "validation_run_up")

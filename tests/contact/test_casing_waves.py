@@ -43,7 +43,7 @@ def test_seen_from_the_rotor_as_in_the_frame_of_the_casing(problem):
     q, pairs, force = whole(modes, scene, [SPEED], 2.0 / SPEED, *names)
     true = ring.integrate(
         modes.omega, scene.damping_ratio, modes.normal, modes.tangential, scene.interface.angle,
-        ring.Ring(*casing), ring.wall_of(scene), SPEED, n, len(q),
+        casing, ring.wall_of(scene), SPEED, n, len(q),
     )  # fmt: skip
     assert np.ptp(true.ring, axis=0).max() > 0
     assert true.force.any()

@@ -11,7 +11,6 @@ import pytest
 
 from evidence.truth.disk import STEEL
 from evidence.truth.motion import spatial
-from evidence.validation.coating import HARD, MASS, ready
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, Shape, first_level_cache, shape_for
@@ -20,6 +19,7 @@ from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
 from tests.contact.laws.test_solid import made_up
+from tests.contact.laws.thrown import HARD, MASS, ready
 from tests.program import ROOT
 
 SPEEDS = np.linspace(29.0, 31.0, 4)

@@ -10,12 +10,12 @@ import pytest
 from evidence.truth.disk import reference_reduced, reference_scene
 from evidence.truth.energy import audit
 from evidence.truth.motion import WIDTH, Structure, make_bank, start_free, wall
-from evidence.validation.coating import MILD, SOFT
 from evidence.validation.report import SCHEMES
 from hpcrub.contact.bank import allocate
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid
 from tests.contact.laws.test_coating import KINDS, rubbing
+from tests.contact.laws.thrown import MILD, SOFT
 
 SPEEDS = np.array([33.5, 34.25, 35.0])
 REVOLUTION = 3000  # steps of 10 µs

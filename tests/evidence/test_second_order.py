@@ -26,11 +26,9 @@ def meeting(scale, bow):
     beams, structure = both(bow)
     wall, n = Wall(4, scale * 1.25e-3, scale * 0.25e-3, 0.15, 0.02), round(9e-3 / STEP)
     exact = rub(beams, wall, HZ, STEP, n)[0][:, 0]
-    casing, errors = second_order.casing_of(wall), []
+    errors = []
     for order in second_order.ORDERS:
-        run = second_order.integrate(
-            structure, casing, wall.clearance, wall.friction, HZ, STEP, n, order
-        )
+        run = second_order.integrate(structure, wall, HZ, STEP, n, order)
         errors.append(np.hypot(*(run.place[:, 0, :2] - exact).T).max())
     return np.array(errors) / np.abs(exact).max()
 
@@ -48,12 +46,10 @@ def test_motion_without_contact_conserves_energy():
     """½(d/h)² + ½ω²q² + ⅙ C s s s + D s s s s/24 + ½ J s ṡ s ṡ, but for parts of sixth order."""
     structure, h = both(0.07924)[1], 2e-6
     C, D, J = structure.coupling, structure.quartic, structure.inertia
-    omega, casing, drift = structure.omega, second_order.casing_of(FREE), []
+    omega, drift = structure.omega, []
     for size in (0.02, 0.01):
         start = np.eye(len(omega))[0] * size, 0.0 * omega
-        q = second_order.integrate(
-            structure, casing, 1.0, 0.0, HZ, h, round(8e-3 / h), start=start
-        ).position
+        q = second_order.integrate(structure, FREE, HZ, h, round(8e-3 / h), start=start).position
         d, q = np.diff(q, axis=0), (q[1:] + q[:-1]) / 2.0
         s, n = q @ structure.bent[0].T, len(J)
         v = d @ structure.bent[0, :n].T / h
@@ -99,8 +95,7 @@ def test_a_blade_vibrates_as_fast_as_one_with_exact_rotations(bow):
 
     shifts = [frequency(exact)]
     for kind in (structure, structure._replace(inertia=0.0 * structure.inertia)):
-        casing = second_order.casing_of(FREE)
-        run = second_order.integrate(kind, casing, 1.0, 0.0, HZ, h, n, start=(start, 0.0 * start))
+        run = second_order.integrate(kind, FREE, HZ, h, n, start=(start, 0.0 * start))
         shifts.append(frequency(run.position[:, 0]))
     exact, full, light = np.array(shifts) / (structure.omega[0] / (2.0 * np.pi)) - 1.0
     assert abs(full - exact) < 2e-4

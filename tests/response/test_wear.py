@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 
 from evidence.truth.disk import reference_reduced, reference_scene
-from evidence.validation import coating
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.coating import Coating
-from hpcrub.model.reduction import mistuned_modes
+from hpcrub.model.interface import planar_interface
+from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import wear
 from hpcrub.response.ensemble import Recent, Verdict
 from hpcrub.response.history import Follower, integrate
+from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.setup.problem import coating_of
 from tests.contact.laws.test_coating import KINDS, rubbing
+from tests.program import whole
 
 COATING = Coating(5e-3, 1e9, 15e6, 2e8, 1.4e-3, 0.1)
 SPEEDS = np.array([33.4, 33.9, 34.4])
@@ -58,12 +61,25 @@ def test_lobes_are_those_beyond_what_blades_at_rest_cut():
 
 def test_lobes_of_an_interaction_are_the_vibrations_in_a_turn():
     """Whether the two bumps have that order or not; just above the speeds f/k, not between."""
-    lobes, per_turn, amplitude, depth = coating.lobes()
-    grows = amplitude > 1e-3
-    assert list(lobes[grows]) == [3, 4, 5, 6, 7]
-    assert set(lobes[~grows]) <= {0, 2}
-    assert np.array_equal(per_turn[grows], [3.0, 4.0, 5.0, 6.0, 7.0])
-    assert (depth[~grows] < 0.25e-3).all()
+    own = 150.0  # frequency of the one blade [Hz]
+    modes = Modes.planar(np.array([2.0 * np.pi * own]), np.eye(1), np.eye(1))
+    cuts = Coating(5e-3, 1e8, 1e5, 2e7, 1e-4, 0.02)
+    scene = Scene(
+        planar_interface(np.zeros(1), 0.5), 5e-4, CasingShape(2, 0.5e-3), 0.25e-3, 0.05, 0.0,
+        coating=cuts, step=2e-5, scheme="exact_modal", steady=SteadyCriteria(max_time=3.0),
+    )  # fmt: skip
+    speeds = own / np.array([2.85, 3.25, 3.75, 4.25, 4.75, 5.25, 5.65, 6.2, 6.65])
+    worn = run_sweep(modes, scene, speeds).wear
+    grows = worn.amplitude > 1e-3
+    assert list(worn.lobes[grows]) == [3, 4, 5, 6, 7]
+    assert set(worn.lobes[~grows]) <= {0, 2}
+    assert (worn.depth[~grows] < 0.25e-3).all()
+    for speed, end, n_lobes in zip(speeds[grows], worn.time[grows], worn.lobes[grows], strict=True):
+        time, u = (part[..., 0].ravel()
+                   for part in whole(modes, scene, [speed], end, "time", "observed"))  # fmt: skip
+        turns = time > time[-1] - 20.0 / speed
+        size = np.abs(np.fft.rfft(u[turns] - u[turns].mean()))
+        assert size.argmax() / 20.0 == n_lobes
 
 
 def test_depths_around_the_casing_are_the_largest_of_their_part():

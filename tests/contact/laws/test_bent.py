@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from evidence.truth import second_order as truth
-from evidence.truth.ring import Wall
+from evidence.truth.ring import wall_of
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
@@ -88,12 +88,10 @@ def integrated(modes, scene, speed, revolution):
 def second_program(modes, scene, speed, revolution, order="second"):
     """The same by the other program."""
     n_steps = revolution // scene.casing.repeats
-    wall = truth.casing_of(Wall(*scene.casing[:2], 0.0, 0.0, scene.ramp_time))
     structure = truth.structure_of(modes, scene.interface, scene.interface.second_order, XI)
     found = truth.integrate(
-        structure, wall, scene.clearance, scene.friction, speed, 1.0 / (speed * revolution),
-        n_steps, order, scene.scheme,
-    )  # fmt: skip
+        structure, wall_of(scene), speed, 1.0 / (speed * revolution), n_steps, order, scene.scheme
+    )
     return found.place[:, :, 1]
 
 
