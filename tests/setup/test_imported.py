@@ -212,7 +212,6 @@ def test_modes_of_a_reduced_file_are_drawn_at_its_contact_nodes(folder):
         (lambda a: {"K": a["K"] + 0j}, "complex128; real numbers for the 40 rows"),
         (lambda a: {"K": -a["K"]}, "the disk is not held"),
         (lambda a: {"K_blade": 50 * a["K_blade"]}, "K_blade: from 0 to 50 of the disk's stiffness"),
-        (lambda a: {"K_blade": -a["K_blade"]}, "K_blade: from -1 to"),
         (lambda a: {"contact_clearance": a["contact_clearance"] - 1}, "-1000 mm of node 0 is more"),
         (lambda a: {"contact_node": 0 * a["contact_node"]}, "node 0 is named twice"),
         # each of these changed nothing, or ended the study with a traceback
@@ -303,7 +302,6 @@ MPA = "--table-units", "mm t s"
         (6e10, 0.0, "mm t s", "MPa per mm of a tip in the first family, which no blade has"),
         (6e10, 250.0, "m kg s", "stress_static: up to 0.00025 MPa"),
         (60.0, -1e8, "mm t s", "stress_static: up to 1e+08 MPa; 0.01 to 10,000 MPa"),
-        (60.0, 1e300, "m kg s", "MPa; 0.01 to 10,000 MPa"),
         (0.0, 250.0, "mm t s", "stress: the row of place 0 is zero"),
     ],
 )
