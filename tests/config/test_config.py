@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from evidence.truth.disk import LOAD, MATERIAL, disk_section, reference_scene
 from hpcrub.config import sections
 from hpcrub.config.schema import Config
+from hpcrub.config.text import key_table
 from hpcrub.config.yaml_text import MAX_CHARACTERS
 from hpcrub.errors import InputError
 from tests.program import ROOT, load, refusal
@@ -93,6 +94,16 @@ def test_table2_is_the_papers_in_reversed_order():
     paper = [2.0701, 2.0627, 2.0695, 2.1683, 2.0809, 2.1421]
     paper += [2.1164, 2.0166, 2.1256, 2.0328, 2.0391, 2.1193]
     np.testing.assert_allclose(c.mistuning.pattern, 100 * np.array(paper)[::-1], rtol=1e-12)
+
+
+def test_effective_configuration_has_every_key():
+    casing = {
+        "harmonics": [{"order": 2}],
+        "modes": [{"waves": 2, "frequency_hz": 100, "modal_mass_kg": 100}],
+    }
+    text = Config(casing=casing, aero={"influence": [{"blades": 0}]}).to_yaml()
+    for key in key_table(Config):
+        assert f"{key.path.rsplit('.', 1)[-1]}:" in text
 
 
 def test_load_names_the_output_after_the_input(tmp_path):

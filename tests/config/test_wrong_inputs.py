@@ -27,6 +27,7 @@ WRONG = [
     ("convergence: {stop_when_converged: yes}", "stop_when_converged: 'yes' is not true or false"),
     ("output: 3", "output: 3 is not a file name"),
     ('output: "a/.."', "output: 'a/..' is not a file name"),
+    ("output: results/", "output: 'results/' is not a file name"),
     ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
     ("disk: {least_clearance_mm: 3}", "3.0 is read from disk.model; leave it out"),
     ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
@@ -70,6 +71,7 @@ WRONG = [
     ("speeds: {from_hz: 44,5}", "a key must be a plain name; a decimal comma? write 44.5"),
     ("study: interaction_map\ncasing: {growth_time_s: 0.8}", "the bumps still grow in the last"),
     ("limits: {stress_mpa: 100, static_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
+    ("limits: {stress_mpa: 100, strength_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
     ("limits: {static_mpa: 9, strength_mpa: 90}", "static_mpa: 9.0 goes with limits.stress_mpa"),
     ("limits: {stress_mpa: 9, static_mpa: 90, strength_mpa: 90}", "strength_mpa: 90 is not above"),
     ("aero: {influence: [{blades: '1'}]}", "aero.influence[0].blades: '1' is not a whole number"),
@@ -105,6 +107,7 @@ WRONG = [
     ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 values"),
     # clearances
     ("casing: {clearance_hz_mm: [[33, 0.3], [35, 0.2]]}", "from 33 to 35 Hz say nothing of all"),
+    ("casing: {clearance_hz_mm: [[34, 0.3], [36, 0.2]]}", "from 34 to 36 Hz say nothing of all"),
     ("casing: {clearance_hz_mm: [[33, 0.3], [36, 0.2], [36, 0.1]]}",
      "the speeds of the points are not incr"),
     ("casing: {clearance_hz_mm: [[20, -0.3], [33, 0.1], [36, 0.2]]}",

@@ -100,6 +100,15 @@ def test_smoothing_of_nothing_are_the_lines_between_the_points():
     assert smoothed(points, 1e-9).shape[1] <= 2**17
 
 
+def test_noise_far_below_the_shape_does_not_count():
+    angle = np.linspace(0.0, 2 * np.pi, 1800, endpoint=False)
+    noise = 1e-6 * np.random.default_rng(5).standard_normal(angle.size)
+    rough = Profile(measured=tuple(zip(angle, 4e-4 * np.cos(3 * angle) + noise, strict=True)))
+    assert outline(CasingShape(4, 0.0, rough)).orders == (3,)
+    smooth = outline(CasingShape(4, 0.0, rough._replace(cut_off=2 * np.pi / 50)))
+    assert smooth.curvature < 1.2 * 9 * 4e-4 < 0.01 * outline(CasingShape(4, 0.0, rough)).curvature
+
+
 def test_growth():
     assert ramp(0.0, 0.01) == 0.0
     assert ramp(0.01, 0.01) == 1.0 == ramp(1.0, 0.01)

@@ -100,6 +100,15 @@ def test_responses_of_a_family_and_their_differences(random):
     assert "not known" in panels[1, 1].get_title()
 
 
+def test_a_family_of_other_speeds_has_a_panel_for_each(random):
+    files = of_bumps(random, 5, 3)
+    files[0].values["speeds_hz"] = np.array([27.0, 27.2, 27.4])
+    panels = plot.compare(files)
+    assert [panel.get_title() for panel in panels] == ["$n_d$ = 3", "$n_d$ = 5"]
+    for panel, file in zip(panels, files[::-1], strict=True):
+        assert_drawn(panel, (file.read("speeds_hz"), 1e3 * file.read("tuned/amplitude_m")))
+
+
 def keys_of(axes):
     """What stands in the legend of a figure, by its words."""
     (legend,) = axes.figure.legends

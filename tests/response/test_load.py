@@ -83,6 +83,14 @@ def test_looks_lose_no_more_of_a_vibration_than_their_distance_allows():
     assert lost[0].max() > 1e-4  # it does not look at every step
 
 
+def test_the_first_family_is_looked_at_a_hundred_times_a_period():
+    problem = build_problem(Config().replace({"time.step_s": 1e-6}))
+    grid = cut_revolution(34.0, problem.scene)
+    first = mistuned_modes(problem.reduced, np.zeros(12)).omega.min() / (2.0 * np.pi)
+    looks = 34.0 * grid.steps_per_revolution / grid.look / first
+    assert 95.0 < looks < 200.0
+
+
 def test_every_step_of_a_disk_in_three_dimensions_counts():
     """More than one family moves its tips."""
     given = load_runs(ROOT / "inputs/blisk/contact.yaml")[0]

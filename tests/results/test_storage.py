@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from hpcrub import studies
+from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError, WriteError
 from hpcrub.results import layout, model_file, ownership, storage
 from hpcrub.runs import result_files
@@ -47,6 +48,17 @@ def test_everything_is_allocated_and_empty(path):
         assert file["sigma"][:] == pytest.approx(np.array([0.02, 0.04]) / np.sqrt(3))
         np.testing.assert_allclose(file["speeds_hz"], [34.0, 34.2, 34.4])
         np.testing.assert_array_equal(file["statistics/samples_seen"], [1, 2])
+
+
+def test_root_attributes(path, tiny_config):
+    with h5py.File(path, "r") as file:
+        attributes = dict(file.attrs)
+    stored = config.Config.from_yaml(attributes.pop("config"))
+    assert not config.differences(stored, tiny_config)
+    assert attributes["seed"] == 2020
+    assert attributes["program_version"]
+    assert b"T" in attributes["created"]
+    assert {"numpy_version", "numba_version", "h5py_version"} <= attributes.keys()
 
 
 class Full:

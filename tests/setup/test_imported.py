@@ -212,6 +212,7 @@ def test_modes_of_a_reduced_file_are_drawn_at_its_contact_nodes(folder):
         (lambda a: {"K": a["K"] + 0j}, "complex128; real numbers for the 40 rows"),
         (lambda a: {"K": -a["K"]}, "the disk is not held"),
         (lambda a: {"K_blade": 50 * a["K_blade"]}, "K_blade: from 0 to 50 of the disk's stiffness"),
+        (lambda a: {"K_blade": -a["K_blade"]}, "K_blade: from -1 to"),
         (lambda a: {"contact_clearance": a["contact_clearance"] - 1}, "-1000 mm of node 0 is more"),
         (lambda a: {"contact_node": 0 * a["contact_node"]}, "node 0 is named twice"),
         # each of these changed nothing, or ended the study with a traceback

@@ -289,6 +289,7 @@ def unequal(values):
         (changed("second_order_blade", unequal), "second_order_blade: not symmetric"),
         (changed("second_order_tips", lambda a: -a), "second_order_tips: the blade becomes longer"),
         (changed("second_order_tips", lambda a: 1e3 * a), "shorter by .* are the units"),
+        (changed("second_order_tips", lambda a: 1e-3 * a), "shorter by .* are the units"),
         (changed("second_order_blade", lambda a: 1e3 * a), "second_order_blade: .* are the units"),
         (changed("second_order_tips", lambda a: a[1:]), "second_order_tips: of 9, and there"),
         (changed("second_order_modes", lambda a: a[:, :, :0]), "modes: 0 modes, 1 to 6"),

@@ -315,6 +315,17 @@ def test_skin_of_two_hexahedra_hides_the_face_between_them():
     assert (4, 5, 6, 7) not in faces
 
 
+def test_import_command_reduces_and_says_what_it_found(tmp_path, capsys):
+    source, small = str(tmp_path / "sector.h5"), str(tmp_path / "small.h5")
+    model_file.write(source, sector_arrays())
+    assert program(["import", "model", source, "--reduce", "10", "--output", small]) == 0
+    said = capsys.readouterr().out
+    for words in ("5 blades", "mass: 4.958", "pairs miss by at most", "highest frequency"):
+        assert words in said
+    assert program(["import", "model", small]) == 0
+    assert "reduced: 40 dof" in capsys.readouterr().out
+
+
 def command(*arguments):
     return program(["import", *map(str, arguments)])
 
