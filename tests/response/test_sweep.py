@@ -13,7 +13,7 @@ from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.band import PIECE
-from hpcrub.response.revolution import cut_revolution, rung, slowest, speed_bands
+from hpcrub.response.revolution import MIN_BLOCK, cut_revolution, rung, slowest, speed_bands
 from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
@@ -54,6 +54,7 @@ def test_revolution_is_cut_into_whole_steps_blocks_and_records(n_bumps, step, sp
     looks = slowest(rung(speed)) * grid.steps_per_revolution / grid.look  # in a second
     assert grid.look == 1 or looks >= 1.0 / 5e-5
     assert n_bumps % grid.blocks_per_revolution == 0  # a block turns by whole pitches
+    assert grid.steps_per_block >= MIN_BLOCK or grid.blocks_per_revolution == 1
 
 
 def test_a_tip_that_vibrates_faster_than_it_rotates_is_marked():
