@@ -20,6 +20,11 @@ from hpcrub.runs import result_files
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import build_problem
 
+# the same, whose motions are judged after a tenth of a second, for searches among many disks
+BRIEF = TINY.replace(
+    "first_check_s: 0.2, max_time_s: 0.5",
+    "rule: last_window, first_check_s: 0.1, max_time_s: 0.1, window_revolutions: 1",
+)
 BLISK = """\
 disk: {model: sector.h5}
 reduction: {n_modes: 10}

@@ -57,7 +57,7 @@ def path(tmp_path_factory):
     return tmp_path_factory.mktemp("fuzz") / "a.h5"
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(text=st.text(max_size=60))
 @example("? ")
 @example("<<: {a: 1}")
@@ -67,7 +67,7 @@ def test_any_text(text):
     made_of(config.Config.from_yaml, text)
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(keys=st.dictionaries(PATHS, VALUES, max_size=4), unknown=st.text(max_size=5))
 @example({"output": "1e-6"}, "")
 @example({"output": "null"}, "")

@@ -18,7 +18,6 @@ def error_of(text):
 
 WRONG = [
     # unknown keys
-    ("casing: {n_bump: 3}", "casing.n_bump: unknown key; did you mean casing.n_bumps?"),
     ("disk: {n_bumps: 3}", "disk.n_bumps: unknown key; did you mean casing.n_bumps?"),
     ("casing: {zzz: 3}", "casing.zzz: unknown key; known here: n_bumps, clearance_mm"),
     # types
@@ -31,7 +30,6 @@ WRONG = [
     ("output: results/", "output: 'results/' is not a file name"),
     ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
     ("disk: {least_clearance_mm: 3}", "3.0 is read from disk.model; leave it out"),
-    ("disk: {model: a.h5, n_strips: 2}", "disk.n_strips: 2 is read from disk.model"),
     ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
     ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
     ("casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
@@ -73,7 +71,6 @@ WRONG = [
     ("speeds: {from_hz: 44,5}", "a key must be a plain name; a decimal comma? write 44.5"),
     ("study: interaction_map\ncasing: {growth_time_s: 0.8}", "the bumps still grow in the last"),
     ("limits: {stress_mpa: 100, static_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
-    ("disk: {static_mpa: 3}", "disk.static_mpa: 3.0 is read from disk.model"),
     ("limits: {stress_mpa: 100, strength_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
     ("limits: {static_mpa: 9, strength_mpa: 90}", "static_mpa: 9.0 goes with limits.stress_mpa"),
     ("limits: {stress_mpa: 9, static_mpa: 90, strength_mpa: 90}", "strength_mpa: 90 is not above"),
@@ -113,7 +110,6 @@ WRONG = [
     ("casing: {clearance_hz_mm: [[34, 0.3], [36, 0.2]]}", "from 34 to 36 Hz say nothing of all"),
     ("casing: {clearance_hz_mm: [[33, 0.3], [36, 0.2], [36, 0.1]]}",
      "the speeds of the points are not incr"),
-    ("casing: {clearance_hz_mm: [[33, 0.3], [36, -0.2]]}", "-0.2 to 0.3 mm; 0 to 10,000 mm are"),
     ("casing: {clearance_hz_mm: [[20, -0.3], [33, 0.1], [36, 0.2]]}",
      "-0.3 to 0.2 mm; 0 to 10,000 mm are allowed"),
     ("casing: {clearance_hz_mm: [[33, 0.3]]}",
@@ -130,7 +126,6 @@ WRONG = [
     ("casing: {ring: {thickness_mm: 5}, modes: [{waves: 2}]}", "cannot be combined with casing.r"),
     ("casing: {ring: {thickness_mm: 5}, growth_time_s: 0}", "bumps that overlap the tips"),
     ("casing: {modes: [{waves: 2, frequency_hz: -3}]}", "frequency_hz: -3 is out of range"),
-    ("casing: {modes: [{}]}", "waves, frequency_hz, modal_mass_kg not given; no usual value"),
     ("casing: {modes: [{waves: 2, frequency_hz: 90}]}", "casing.modes.0: modal_mass_kg not given"),
     ("casing: {modes: [{waves: 3, frequency_hz: 50, modal_mass_kg: 9}, "
      "{waves: 3, frequency_hz: 51, modal_mass_kg: 9}]}",

@@ -23,7 +23,7 @@ from tests.contact.laws.thrown import HARD, MASS, ready
 from tests.program import ROOT
 
 SPEEDS = np.linspace(29.0, 31.0, 4)
-N_STEPS = 10
+N_STEPS = 6
 AVX512, AVX2, SSE2, NEON = (32, 8), (16, 4), (16, 2), (32, 2)
 KIB = 1 << 10
 

@@ -211,7 +211,6 @@ def run(tree, *arguments):
 def test_the_example_is_a_study(tree):
     text = code("developing_a_study.md", "yaml")[0].replace("samples: 1000", "samples: 3")
     (tree / "a.yaml").write_text(text + "reduction: {n_modes: 4}\n")
-    assert "estimated run time" in run(tree, "main.py", "a.yaml", "--dry-run")
     out = run(tree, "main.py", "a.yaml", "--no-figures")
     assert "sigma = 2.31 %" in out
     with h5py.File(tree / "results/a.h5") as file:

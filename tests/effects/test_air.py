@@ -51,6 +51,7 @@ def test_without_mistuning_waves_are_as_given_and_with_it_the_least_stable_one_g
     """ζ_r = 0.002 + 0.0022 cos(2πr/12), below zero for six diameters."""
     values = found[1]
     given = 0.002 + 0.0022 * np.cos(2 * np.pi * np.arange(12) / 12)
+    assert values["aero/diameters"].tolist() == [*range(7), -5, -4, -3, -2, -1]
     np.testing.assert_allclose(values["aero/given_damping_ratio"], given, atol=1e-15)
     np.testing.assert_allclose(values["aero/tuned_damping_ratio"], given, atol=1e-7)
     least = values["aero/least_damping_ratio"]

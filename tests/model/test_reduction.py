@@ -25,7 +25,6 @@ from evidence.truth.hexahedra import SMALL, disk_arrays, matrix_of, stored
 from hpcrub.model import families
 from hpcrub.model.families import whole
 from hpcrub.model.imported import assembly, neutral, reduced
-from hpcrub.model.imported import craig_bampton as spatial
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
 from hpcrub.response.linear import linear_peak
@@ -54,14 +53,6 @@ def test_all_modes_make_the_reduction_exact(deviation):
     np.testing.assert_allclose(found, exact, rtol=1e-8)
 
 
-def test_frequencies_fall_to_the_full_ones_with_every_mode():
-    exact = full_frequencies(reference_disk())[:24]
-    omega = [reference_reduced(n).tuned_eigenvalues[:24] ** 0.5 for n in (0, 12, 36, 60, 120)]
-    for coarse, fine in zip(omega, [*omega[1:], exact], strict=True):
-        assert np.all(coarse >= fine * (1 - 1e-9))
-    np.testing.assert_allclose(omega[3][:12], exact[:12], rtol=1e-5)
-
-
 @pytest.mark.parametrize("n_modes", [0, 60])
 def test_static_response_to_contact_forces_is_exact(n_modes):
     disk, reduced = reference_disk(), reference_reduced(n_modes)
@@ -71,14 +62,6 @@ def test_static_response_to_contact_forces_is_exact(n_modes):
     u = np.linalg.solve(disk.stiffness, full_load)
     q = np.linalg.solve(reduced.stiffness, reduced_load)
     np.testing.assert_allclose(reduced.basis @ q, u, rtol=1e-8, atol=1e-10 * np.abs(u).max())
-
-
-def test_contact_coordinates_are_physical_and_modes_hold_them():
-    disk, reduced = reference_disk(), reference_reduced(60)
-    contact = reduced.basis[disk.contact_dof.T.ravel()]
-    np.testing.assert_array_equal(contact, np.eye(24, 84))
-    np.testing.assert_array_equal(reduced.interface.angle, disk.contact_angle)
-    np.testing.assert_array_equal(reduced.interface.radius, disk.contact_radius)
 
 
 def test_rigid_body_modes_have_frequency_zero_not_nan():
@@ -142,7 +125,7 @@ def numbers(model):
     return np.array([*peaks, (face.normal @ np.linalg.solve(K, face.tangential.T)).trace()])
 
 
-@pytest.mark.parametrize("n_modes", [3, 9, 12, 16, 21, 30])
+@pytest.mark.parametrize("n_modes", [3, 12, 21])
 def test_a_disk_is_the_same_turned_or_mirrored(n_modes):
     arrays = disk_arrays(SHAPE, lean=0.4)
     quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -152,22 +135,6 @@ def test_a_disk_is_the_same_turned_or_mirrored(n_modes):
     image["turns"] = np.array(-1)
     np.testing.assert_allclose(numbers(small(turned, n_modes)), first, rtol=1e-6)
     np.testing.assert_allclose(numbers(small(image, n_modes)), first, rtol=1e-6)
-
-
-@pytest.mark.parametrize("n_modes", [8, 12, 24, 40])
-def test_every_number_of_diameters_has_as_many_modes(n_modes):
-    """Of the modes with the tips held, by the harmonics of like rows."""
-    disk = assembly.assemble(neutral.from_arrays(disk_arrays(SHAPE)))
-    basis, boundary = spatial.basis(disk, n_modes)
-    modes = basis[:, len(boundary) :]
-    k = modes.shape[1] // N
-    assert modes.shape[1] == whole(n_modes, N) == k * N
-    size = (np.abs(np.fft.fft(modes[spatial.like_rows(disk)], axis=0)) ** 2).sum(axis=1)
-    share = size / size.sum(axis=0)
-    folded = np.array([share[h] + (share[-h] if 0 < 2 * h < N else 0.0) for h in range(N // 2 + 1)])
-    assert (folded.max(axis=0) > 1 - 1e-6).all()
-    counts = np.bincount(folded.argmax(axis=0))
-    assert counts.tolist() == [k, *[2 * k] * (N // 2 - 1), k]
 
 
 def test_a_planar_disk_of_thick_sections_keeps_whole_families():

@@ -140,16 +140,6 @@ def test_quartic_is_what_equilibrium_leaves_of_the_energy(bow):
     np.testing.assert_allclose(even, C * s**2 / 2.0, rtol=0.01, atol=1e-3 * np.abs(odd).max())
 
 
-def test_coupling_is_symmetric_and_axial_motion_has_no_second_order():
-    model = second_order()
-    assert np.abs(model.coupling).max() > 1.0
-    for order in ((1, 0, 2), (0, 2, 1)):
-        np.testing.assert_allclose(model.coupling, model.coupling.transpose(order), rtol=1e-12)
-    assert not model.shortening[:, 2].any()
-    assert np.array_equal(model.observed, model.shortening[:, 1])
-    assert np.array_equal(model.curvature, np.full(12, 2.0))
-
-
 def test_blade_that_leans_nowhere_shortens_as_its_slope_does():
     """Mode shapes of an Euler–Bernoulli cantilever: φ_b'φ_c' integrated over the length."""
     blade = {"n_elements": 40, "thickness": 1e-3, "lean": 0.0, "bow": 0.0}

@@ -21,9 +21,7 @@ from hpcrub.model.reduction import ReducedModel, mistuned_modes, project
 from hpcrub.model.tuned_basis import tuned_basis
 
 WIDE = np.array([0.5, -0.5, 0.1, -0.3, 0.4, 0.0])  # deviations [-]
-KINDS = pytest.mark.parametrize(
-    ("n_blades", "by_modes"), [(5, False), (6, False), (5, True), (6, True), (4, False)]
-)
+KINDS = pytest.mark.parametrize(("n_blades", "by_modes"), [(5, False), (6, True), (4, False)])
 
 
 @cache
@@ -80,10 +78,9 @@ def test_a_disk_of_fewer_families_than_are_looked_at_keeps_them_all(monkeypatch)
 
 
 @KINDS
-@pytest.mark.parametrize("reference", [0.5, 0.6])
-def test_mistuned_disks_have_the_frequencies_of_their_own_modes(n_blades, by_modes, reference):
+def test_mistuned_disks_have_the_frequencies_of_their_own_modes(n_blades, by_modes):
     """In the six lowest families; what is left out of a blade's motion has the second order."""
-    model = small_disk(n_blades, by_modes)
+    model, reference = small_disk(n_blades, by_modes), 0.5
     basis, n = tuned_basis(model, reference), 6 * n_blades
     assert len(basis.modes.omega) == len(model.mass)
     for deviation in (WIDE, np.zeros(6), np.full(6, reference), -0.2 * WIDE):
@@ -188,17 +185,6 @@ def test_a_blade_stiffer_than_the_reference_is_refused():
         basis.modes_of(np.array([0.1, -0.5, 0.0, 0.05, 0.11]))
 
 
-def test_a_blade_is_as_stressed_as_in_the_modes_of_its_disk():
-    """K_ref − Σ δ y yᵀ has these modes, whose largest stresses are those of `mistuned_modes`."""
-    model, deviation = with_stress(small_disk(5)), 0.1 * WIDE[:5]
-    exact = mistuned_modes(model, deviation)
-    modes = tuned_basis(model, 0.05).modes_of(deviation)
-    vectors = np.linalg.eigh(stiffness_of(modes))[1]
-    stress = modes.blades.stiffer[:, None] * (modes.stress @ vectors)
-    n, size = 10, np.abs(exact.stress).max()
-    np.testing.assert_allclose(np.abs(stress)[:, :n], np.abs(exact.stress)[:, :n], atol=2e-4 * size)
-
-
 @pytest.mark.parametrize("n_blades", [5, 6])
 def test_frequencies_of_other_speeds_are_those_of_the_matrices_there(n_blades):
     """Exactly where rotation couples no families, else with an error of the second order.
@@ -221,23 +207,6 @@ def test_frequencies_of_other_speeds_are_those_of_the_matrices_there(n_blades):
                 bound = 6e-6 * (np.abs(deviation).max() / 0.05) ** 2 + 1e-10
                 bound += part * change * (change + np.abs(deviation).max())
                 assert np.abs(found / exact - 1.0).max() < bound
-
-
-@pytest.mark.parametrize("n_blades", [5, 6])
-def test_waves_in_air_have_the_eigenvalues_asked(n_blades):
-    """Exactly in the basis of tuned blades; each complex mode has one number of diameters."""
-    model, wanted = in_air(small_disk(n_blades))
-    modes = tuned_basis(model, 0.0).modes
-    found = modes.waves.eigenvalue
-    by_size = [
-        values[np.lexsort((values.real, np.round(values.imag, 3)))] for values in (found, wanted)
-    ]
-    np.testing.assert_allclose(*by_size, rtol=1e-9)
-    assert (found.imag > 0.0).all()
-    h = modes.blades.diameters[modes.waves.rows]
-    right = modes.waves.right
-    assert np.abs(right[h[:, None] != h]).max() == 0.0
-    assert np.abs(right[h[:, None] == h]).min() > 0.0
 
 
 def in_air_alone(modes, stiffness, n):

@@ -79,7 +79,7 @@ def assert_nothing_clipped(figure):
 OF_CONTACT = [
     f for f in plot.FIGURES if "contact" in f.about.studies and f.about.needs in ("", "random")
 ]
-SEVERAL = [(f, n) for f in OF_CONTACT for n in (1, 4) if n == 1 or f.about.several]
+SEVERAL = [(f, 4 if f.about.several else 1) for f in OF_CONTACT]
 
 
 @pytest.mark.parametrize(("figure", "n_files"), SEVERAL, ids=lambda v: getattr(v, "__name__", v))

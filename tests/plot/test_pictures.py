@@ -18,12 +18,14 @@ from hpcrub.commands import run as cli
 from hpcrub.plot import pictures
 from tests.program import ROOT, lay_out
 
+SMALL = "study: modal\ndisk: {n_blades: 3, blade: {n_elements: 1}}\nreduction: {n_modes: 6}\n"
+
 
 @pytest.fixture(scope="module")
 def modal(tmp_path_factory):
     """A finished modal study."""
     path = tmp_path_factory.mktemp("modal") / "modal.h5"
-    (path.parent / "modal.yaml").write_text(f"study: modal\noutput: {path}\n")
+    (path.parent / "modal.yaml").write_text(f"{SMALL}output: {path}\n")
     assert cli.main([str(path.parent / "modal.yaml"), "--no-figures"]) == 0
     return path
 
@@ -73,11 +75,10 @@ def test_a_file_without_results_has_no_figure_of_them(folder, capsys, study):
     assert draw("empty.h5", "--figure", "casing") == 0
 
 
-@pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
-def test_a_picture_is_replaced_whole(modal, folder, kind):
-    picture = Path(f"modal_safe_diagram.{kind}")
+def test_a_picture_is_replaced_whole(modal, folder):
+    picture = Path("modal_safe_diagram.svg")
     picture.write_bytes(b"a photo")
-    assert draw(modal, "--output", ".", "--figure", "safe_diagram", "--format", kind) == 0
+    assert draw(modal, "--output", ".", "--figure", "safe_diagram", "--format", "svg") == 0
     assert picture.read_bytes() != b"a photo"
     assert not list(folder.glob("*hpcrub-part*"))
 
@@ -94,7 +95,7 @@ def test_what_is_inherited_does_not_fail_a_study(folder):
     environment = {"MPLBACKEND": "nonsense", "MATPLOTLIBRC": "latex"}
     Path("latex").mkdir()
     Path("latex/matplotlibrc").write_text("text.usetex: True\nbackend: TkAgg\n")
-    Path("modal.yaml").write_text("study: modal\noutput: modal.h5\n")
+    Path("modal.yaml").write_text(SMALL + "output: modal.h5\n")
     done = subprocess.run(
         [sys.executable, ROOT / "main.py", "modal.yaml"], env=os.environ | environment,
         capture_output=True, text=True, timeout=120,
@@ -109,7 +110,7 @@ def test_a_figure_never_fails_a_study(folder, monkeypatch, capfd):
     def fail(*_, **__):
         raise RuntimeError("no room for glyphs")
 
-    Path("modal.yaml").write_text("study: modal\noutput: modal.h5\n")
+    Path("modal.yaml").write_text(SMALL + "output: modal.h5\n")
     monkeypatch.setattr(pictures, "draw", fail)
     assert cli.main(["modal.yaml"]) == 0
     assert "no figure: RuntimeError: no room for glyphs" in capfd.readouterr().out

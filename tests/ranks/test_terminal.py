@@ -109,18 +109,6 @@ def test_the_time_left_is_told_for_the_parts_that_are_expected(expected, capsys)
     assert capsys.readouterr().out == f"tasks: 50 of {LEFT[expected]}\n"
 
 
-def test_blocks_of_disks_tell_the_time_left_by_their_disks(capsys):
-    """A block of 32 disks counted as one: the time left was 32 times too long."""
-    run = studies.run_of(Config(study="patterns"))
-    job = Job(run, Team(), None, None, progress.Progress(run.config))
-    job.status = np.zeros((2, 64), np.uint8)
-    job.begin()
-    job.progress.began -= 100.0
-    job.progress.shown -= 100.0
-    job._collect([(0, slice(0, 32)), (0, slice(32, 64))], 1.0)
-    assert capsys.readouterr().out == "disks: 64 of 128, 1.67 min left\n"
-
-
 @pytest.mark.parametrize("stops", [True, False])
 def test_a_contact_study_that_may_converge_before_its_end_says_at_most(stops, capsys):
     shown = progress.Progress(Config(convergence={"stop_when_converged": stops}))
@@ -171,16 +159,17 @@ def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):
     assert run_here("a.yaml", "--status", folder=tmp_path) == 0
 
 
-@pytest.mark.parametrize("buffered", ["", "1"])
-def test_where_nothing_can_be_printed_at_all_a_study_is_computed(tiny, buffered, monkeypatch):
+def test_where_nothing_can_be_printed_at_all_a_study_is_computed(tiny):
     """Not even that nothing is printed any more, which ended the study before its first sample."""
-    monkeypatch.setenv("PYTHONUNBUFFERED", buffered)
     with open("/dev/full", "w") as full:
-        refused = [] if buffered else [(["inspect", "x.h5"], 2)]
-        for words, expected in (([tiny, "--no-figures"], 0), *refused):
-            how = {"cwd": tiny.parent, "env": os.environ | ENVIRONMENT, "stderr": full}
+        for unbuffered, words, code in (
+            ("1", [tiny, "--no-figures"], 0),
+            ("", ["inspect", "x.h5"], 2),
+        ):
+            environment = os.environ | ENVIRONMENT | {"PYTHONUNBUFFERED": unbuffered}
+            how = {"cwd": tiny.parent, "env": environment, "stderr": full}
             line = command(0, ROOT / "main.py", *words)
-            assert subprocess.run(line, stdout=full, **how).returncode == expected
+            assert subprocess.run(line, stdout=full, **how).returncode == code
     assert run_here(tiny, "--status", folder=tiny.parent) == 0
 
 

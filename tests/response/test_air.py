@@ -119,32 +119,6 @@ def test_in_contact_the_steps_tend_to_those_of_one_system_of_first_order(reduced
     assert 2.5 < off[1] / off[2] < 8
 
 
-def test_a_load_from_rest_gives_the_motion_of_one_system_to_second_order(reduced, scene):
-    modes, order, nu = disk(reduced), 4, 2 * np.pi * 4 * SPEED
-    D, K = matrices(modes, scene.damping_ratio)
-    m, around = len(D), np.exp(1j * order * scene.interface.angle)
-    force = 150.0 * (scene.interface.share * around) @ modes.normal  # f = Re(force e^{iνt})
-    f = np.column_stack([force.real, -force.imag])
-    none, turning = np.zeros((m, 2)), nu * np.array([[0, -1], [1, 0]])
-    A = np.block([
-        [np.zeros((m, m)), np.eye(m), none], [-K, -D, f], [none.T, none.T, turning]
-    ])  # fmt: skip
-    loaded, off = scene._replace(clearance=1.0, load=150.0, load_order=order), []
-    for step in (2e-5, 1e-5, 5e-6):
-        fine = loaded._replace(step=step, least_steps=0.0, scheme="exact_modal")
-        q, time = whole(modes, fine, [SPEED], 0.25 / SPEED, "position", "time")
-        state, over = np.zeros(2 * m + 2), expm(A * time[0, 0])
-        state[-2], true = 1.0, []
-        for _ in time:
-            state = over @ state
-            true.append(state[:m])
-        off.append(np.abs((q[:, :, 0] - true) @ modes.observed.T).max())
-    size = np.abs(np.array(true) @ modes.observed.T).max()
-    assert off[-1] < 1e-5 * size
-    assert 3.8 < off[0] / off[1] < 4.2
-    assert 3.8 < off[1] / off[2] < 4.2
-
-
 @pytest.mark.parametrize("kind", ["planar", "spatial"])
 def test_equal_waves_are_the_damping_ratio_alone(kind, tmp_path):
     """In contact, tuned: λ = ω(−ζ + i√(1 − ζ²)) is that of a real mode, and its steps, too."""

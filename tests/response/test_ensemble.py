@@ -92,15 +92,6 @@ def test_two_standard_errors_hold_the_mean_of_a_process_that_is_known(decay, max
     assert least < np.mean(off < 2.0) < 0.99
 
 
-def test_windows_that_remember_those_before_count_less():
-    amplitudes = np.array([1.0, 1.1, 0.9, 1.05, 0.95])
-    exact = CRITERIA._replace(max_amplitude_change=1e-9)
-    free, _ = watched(amplitudes, criteria=exact)
-    bound, _ = watched(amplitudes, decay=DECAY / 4.0, criteria=exact)
-    assert bound.error == pytest.approx(2.0 * free.error)
-    assert bound.scatter == pytest.approx(free.scatter)
-
-
 @pytest.mark.parametrize("change", [-0.6, -0.1, 0.3])
 @pytest.mark.parametrize("alike", [True, False])
 @pytest.mark.parametrize("n", [6, 30, 100])

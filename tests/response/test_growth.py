@@ -118,12 +118,11 @@ def test_a_motion_of_equal_blades_that_does_not_stay_is_marked(problem):
 
 def test_a_run_of_unlike_blades_finds_the_motion_that_stays(config, problem):
     """The same amplitude as after 6 s, within its error; 9 to 17 % above that of equal blades."""
-    for run in range(3):
-        blades, speeds = run_deviation(config, run), [22.7]
-        found = swept(problem, blades, speeds)
-        late = swept(problem, blades, speeds, first_check=6.0, max_time=8.0, watches_growth=False)
-        assert found.amplitude[0] == pytest.approx(late.amplitude[0], abs=2 * found.error[0])
-        assert late.amplitude[0] > 18.0e-3
+    blades, speeds = run_deviation(config, 0), [22.7]
+    found = swept(problem, blades, speeds)
+    late = swept(problem, blades, speeds, first_check=6.0, max_time=8.0, watches_growth=False)
+    assert found.amplitude[0] == pytest.approx(late.amplitude[0], abs=2 * found.error[0])
+    assert late.amplitude[0] > 18.0e-3
 
 
 def test_unlike_blades_are_nearly_equal_and_repeat(config):

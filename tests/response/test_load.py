@@ -47,7 +47,7 @@ def test_without_contact_it_gives_the_harmonic_response(order, n_bumps, repeats)
     assert not np.allclose(np.abs(other_way).max(axis=1), expected, rtol=5e-3)
 
 
-@pytest.mark.parametrize(("max_error", "change"), [(0.15, 0.01), (0.05, 0.01), (0.01, 0.002)])
+@pytest.mark.parametrize(("max_error", "change"), [(0.15, 0.01), (0.01, 0.002)])
 def test_a_light_disk_is_known_as_well_as_its_error_says(max_error, change):
     """Its transients are still there when the first verdict is possible: 24 % after 0.5 s."""
     modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
@@ -71,7 +71,7 @@ def test_a_light_disk_is_known_as_well_as_its_error_says(max_error, change):
 def test_looks_lose_no_more_of_a_vibration_than_their_distance_allows():
     """A sine that is looked at n times a period shows at least cos(π/n) of its amplitude."""
     modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
-    scene = reference_scene(**FREE, load_order=4, casing=CasingShape(4, 1e-3), step=2e-6)
+    scene = reference_scene(**FREE, load_order=4, casing=CasingShape(4, 1e-3), step=5e-6)
     speeds = np.array([22.0, 23.0])
     exact, lost = run_sweep(modes, scene, speeds).amplitude, []
     for n in (12, 100):

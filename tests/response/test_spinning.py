@@ -94,7 +94,7 @@ def test_every_wave_has_at_every_speed_the_damping_that_is_given(hz):
     assert abs(near.eigenvalue.imag / at_rest.waves.eigenvalue.imag - 1).min() > 0.05
 
 
-@pytest.mark.parametrize(("order", "sample"), [(4, None), (4, 0), (-4, 1), (5, 2), (6, 3)])
+@pytest.mark.parametrize(("order", "sample"), [(4, None), (-4, 1), (6, 3)])
 def test_the_peak_is_that_of_the_matrices_of_its_speed(order, sample):
     """Whichever speed the modes come from; the dense solution is refined around its maximum."""
     config, reduced = spinning(CURVE)

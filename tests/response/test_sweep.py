@@ -13,7 +13,7 @@ from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.band import PIECE
-from hpcrub.response.revolution import cut_revolution, rung, slowest, speed_bands
+from hpcrub.response.revolution import MIN_BLOCK, cut_revolution, rung, slowest, speed_bands
 from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
@@ -54,22 +54,7 @@ def test_revolution_is_cut_into_whole_steps_blocks_and_records(n_bumps, step, sp
     looks = slowest(rung(speed)) * grid.steps_per_revolution / grid.look  # in a second
     assert grid.look == 1 or looks >= 1.0 / 5e-5
     assert n_bumps % grid.blocks_per_revolution == 0  # a block turns by whole pitches
-
-
-def test_an_oval_is_the_same_by_its_harmonic_and_by_its_points():
-    modes, scene = one_blade(casing=CasingShape(1, 0.0))
-    oval = Profile(harmonics=((2, 2e-3, 0.4),))
-    angle = 2 * np.pi * np.arange(3600) / 3600
-    heights = 2e-3 * np.cos(2 * (angle - 0.4))
-    points = Profile(measured=tuple(zip(angle, heights, strict=True)))
-    harmonic, measured = (scene._replace(casing=CasingShape(1, 0.0, p)) for p in (oval, points))
-    assert cut_revolution(13.0, harmonic).blocks_per_revolution == 2
-    assert cut_revolution(13.0, measured).blocks_per_revolution == 1
-    speeds = np.array([8.0, 9.0, 13.0])
-    first, second = (run_sweep(modes, one, speeds) for one in (harmonic, measured))
-    assert (first.point_status == STEADY).all()
-    assert (first.amplitude > 1e-4).all()
-    np.testing.assert_allclose(first.amplitude, second.amplitude, rtol=3e-4)
+    assert grid.steps_per_block >= MIN_BLOCK or grid.blocks_per_revolution == 1
 
 
 def test_a_tip_that_vibrates_faster_than_it_rotates_is_marked():
@@ -207,7 +192,7 @@ def test_poll_can_stop_a_sweep(modes):
     # before the first check, too: `poll` is called after so many steps, not after a time
     calls.clear()
     short = SteadyCriteria(first_check=0.02, max_time=0.02)
-    fine = scene_of(step=1e-7, record_interval=1e-5, steady=short)
+    fine = scene_of(step=1e-6, record_interval=1e-5, steady=short)
     result = run_sweep(modes, fine, np.array([34.0]), poll=lambda: calls.append(1), width=8)
     block = cut_revolution(34.0, fine).steps_per_block
     assert len(calls) >= result.n_steps / max(PIECE, block) > 2

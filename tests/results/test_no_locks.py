@@ -61,11 +61,10 @@ def lockless(folder, monkeypatch):
     return folder
 
 
-@pytest.mark.parametrize(("ranks", "others"), [(0, 2), (2, 0)])
-def test_a_study_runs_goes_on_and_is_read(tiny, lockless, ranks, others):
-    run_on(ranks, tiny, folder=lockless)
+def test_a_study_runs_goes_on_and_is_read(tiny, lockless):
+    run_on(2, tiny, folder=lockless)
     before = datasets(lockless / "results/tiny.h5")  # of this process, which has locks
-    run_on(others, tiny, "--resume", folder=lockless)
+    run_on(0, tiny, "--resume", folder=lockless)
     assert datasets(lockless / "results/tiny.h5") == before
     assert sorted(os.listdir(lockless / "results")) == ["tiny.h5", "tiny.runs.jsonl"]
     (lockless / "read.py").write_text(READING)
@@ -104,5 +103,5 @@ def test_a_second_job_is_kept_off_until_somebody_deletes_the_file_of_the_first(l
 
 
 def test_of_jobs_that_begin_together_one_gets_the_file(lockless):
-    jobs = [job(2) for _ in range(4)]
+    jobs = [job(1) for _ in range(4)]
     assert sorted(one.communicate()[0] for one in jobs) == ["", "", "", "mine\n"]

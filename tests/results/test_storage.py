@@ -229,7 +229,7 @@ def test_damaged_metadata_is_found(path):
             start, size = file[name].id.get_offset(), file[name].id.get_storage_size()
             guarded[start : start + size] = False
     n_refused = 0
-    for at in np.random.default_rng(1).choice(np.flatnonzero(guarded), 100):
+    for at in np.random.default_rng(1).choice(np.flatnonzero(guarded), 40):
         spoilt = bytearray(content)
         spoilt[at] ^= 1 << (at % 8)
         path.write_bytes(spoilt)
@@ -237,7 +237,7 @@ def test_damaged_metadata_is_found(path):
             assert everything(path, names) == before
         except InputError:
             n_refused += 1
-    assert n_refused > 50
+    assert n_refused > 20
 
 
 def test_a_result_file_is_no_model_file_whatever_is_written_in_it(path):

@@ -57,17 +57,6 @@ def test_columns_are_separated_as_programs_do_it(tmp_path, text):
     np.testing.assert_array_equal(values, [[0.0, -0.5], [90.0, 0.15]])
 
 
-def test_a_profile_of_every_tenth_of_a_degree_can_be_kept(tmp_path):
-    path = tmp_path / "casing.csv"
-    angle = np.arange(3600) / 10 + 0.0123456789
-    change = -0.123456789 * np.cos(np.radians(2 * angle))
-    rows = "\n".join(f"{a},{r}" for a, r in zip(angle, change, strict=True))
-    path.write_text("angle_deg,radius_change_mm\n" + rows)
-    config = resolved(path)
-    assert Config.from_yaml(config.to_yaml()) == config
-    assert (config.casing.profile_deg, config.casing.profile_mm) == (tuple(angle), tuple(change))
-
-
 OF_THREE = {"disk": {"n_blades": 3}, "reduction": {"n_modes": 9}}
 WAVES = "diameters,damping_ratio,frequency_shift\n0,0.005,0\n1,4e-7,1e-9\n-1,0.005,0\n"
 TABLES = {
@@ -106,13 +95,6 @@ def test_a_table_that_is_far_too_long_is_refused_before_it_is_read(tmp_path, mon
     monkeypatch.setattr(texts, "_number", None)  # what takes the time
     config = Config().replace({key: str(tmp_path / "table.csv")})
     assert "table.csv: more than " in refusal(input_files.with_tables, config)
-
-
-def test_a_table_of_a_german_spreadsheet_is_the_same_casing(tmp_path):
-    (tmp_path / "plain.csv").write_text(PROFILE)
-    (tmp_path / "german.csv").write_text(PROFILE.replace(",", ";").replace(".", ","))
-    plain, german = (resolved(tmp_path / f"{name}.csv").casing for name in ("plain", "german"))
-    assert (german.profile_deg, german.profile_mm) == (plain.profile_deg, plain.profile_mm)
 
 
 @pytest.mark.parametrize("digits", ["1_0", "\u0661", "0x1", "1e"])

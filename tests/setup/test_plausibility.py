@@ -59,10 +59,8 @@ MARKED = [
     ({"casing.clearance_mm": 250.0}, "the clearance is 50 % of the tips' radius"),
     ({"casing.ring.thickness_mm": 2000.0}, "ring.thickness_mm is 2000, where casings around"),
     (RING | {"casing.ring.width_mm": 0.1}, "have 5 to 1,000"),
-    (RING | {"casing.ring.density_kg_m3": 7.8}, "have 500 to 20,00"),
     # of 1 µs, amplitudes doubled with every halving of the step: 17, 20, 40, 81 mm
     ({"casing.growth_time_s": 1e-6}, "not resolved: the casing grows within"),
-    ({"casing.growth_time_s": 0}, "not resolved: the casing grows within"),
     ({"reduction.n_modes": 12, "casing.n_bumps": 3}, "is 12, fewer than 2 for each blade, 24"),
     # four bumps pass at 142 Hz, the first family vibrates below 94 Hz
     ({"reduction.n_modes": 24}, "fewer than 3 for each blade, 36"),
@@ -341,9 +339,7 @@ def test_the_time_of_a_rebound_is_that_of_the_force_of_a_blade_on_springs():
 REFUSED = [
     ({"casing.growth_time_s": 20}, "casing.growth_time_s: the bumps still grow at"),
     ({"speeds.from_hz": 0.05, "speeds.to_hz": 0.05}, "steady_state.max_time_s: 0.5 s are over"),
-    ({"speeds.from_hz": 1e-6, "speeds.to_hz": 1e-6}, "steady_state.max_time_s"),
     ({"disk.blade.thickness_mm": 1e-6}, "disk: the stiffnesses of its parts are too far apart"),
-    ({"disk.inner_radius_mm": 199.99999999999}, "disk: the stiffnesses of its parts"),
     ({"disk.hub_radius_mm": 499.99}, "not enough memory"),
     ({"mistuning.samples": 1e12}, "not enough memory"),
     ({"output": "."}, "is a folder"),
@@ -351,18 +347,16 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("keys", "message"), REFUSED, ids=[m[:20] for _, m in REFUSED])
-@pytest.mark.parametrize("option", [[], ["--dry-run"]])
-def test_what_cannot_have_a_result_is_refused_by_run_and_dry_run(
-    folder, capfd, keys, message, option
-):
+def test_what_cannot_have_a_result_is_refused_by_run_and_dry_run(folder, capfd, keys, message):
     (folder / "a.yaml").write_text(TINY)
     if "output" in keys:
         (folder / "there.h5").mkdir()
         keys = {"output": "there.h5"}
     settings = [f"--set={key}={value}" for key, value in keys.items()]
-    assert cli.main(["a.yaml", *settings, *option]) == 2
-    (line,) = capfd.readouterr().err.splitlines()
-    assert message in line
+    for option in ([], ["--dry-run"]):
+        assert cli.main(["a.yaml", *settings, *option]) == 2
+        (line,) = capfd.readouterr().err.splitlines()
+        assert message in line
 
 
 @pytest.mark.parametrize("study", ["contact", "branches"])

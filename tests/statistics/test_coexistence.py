@@ -36,8 +36,7 @@ def labels(amplitude, local, memory=0.3, scatter=SCATTER, status=None, seed=0):
     return coexistence.label(*windows, status)
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.3, 0.7])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("memory", "seed"), [(0.0, 0), (0.3, 1), (0.7, 2)])
 def test_chance_makes_no_branches(memory, seed):
     amplitude = np.tile(1.0 + 0.2 * np.sin(np.linspace(0, 6, 401)), (5, 1))
     found = labels(amplitude, 0.15, memory, [0.08, 0.04], seed=seed)

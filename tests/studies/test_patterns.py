@@ -17,12 +17,12 @@ from hpcrub.studies import open_result
 from hpcrub.studies.patterns import STUDY as PATTERNS
 from hpcrub.studies.patterns import Rounds, in_letters
 from tests.plot.drawn import lines
-from tests.program import TINY, computed, contents, datasets, load, run_here, swept
+from tests.program import BRIEF, computed, contents, datasets, load, run_here, swept
 from tests.studies.common import refused_study
 
 N = 256
 TEXT = (
-    TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[2]")
+    BRIEF.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[2]")
     + """\
 study: patterns
 patterns: {types_percent: [3, -3], percentile: 90, kept: 2, contact_samples: 2}

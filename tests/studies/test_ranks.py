@@ -7,14 +7,14 @@ import shutil
 
 import pytest
 
-from tests.program import ROOT, TINY, computed, datasets, end_of_log, error_lines, run
+from tests.program import BRIEF, ROOT, TINY, computed, datasets, end_of_log, error_lines, run
 from tests.studies.test_run_up import STUDY as RUN_UP
 
-SIX = TINY.replace("samples: 2", "samples: 64").replace("[2, 4]", "[2]")
-LEVEL = TINY.replace("samples: 2", "samples: 110").replace("[2, 4]", "[4]")
+SIX = BRIEF.replace("samples: 2", "samples: 64").replace("[2, 4]", "[2]")
+LEVEL = BRIEF.replace("samples: 2", "samples: 110").replace("[2, 4]", "[4]")
 STUDIES = {
-    "linear": "study: linear\nlinear: {n_diameters: [4]}\nmistuning: {samples: 60}\n",
-    "checklist": f"study: checklist\nchecklist: {{disks: 2}}\n{TINY}",
+    "linear": "study: linear\nlinear: {n_diameters: [4]}\nmistuning: {samples: 8}\n",
+    "checklist": f"study: checklist\nchecklist: {{disks: 2}}\n{BRIEF}",
     "rare": f"study: rare\nlimits: {{amplitude_mm: 15, probability_error: 0.4}}\n{LEVEL}",
     "threshold": "study: threshold\nlimits: {amplitude_mm: 15}\nthreshold: {tolerance: 0.6,"
     f" key: casing.clearance_mm, lowest: 0.2, highest: 1.4, probability: 0.4}}\n{LEVEL}",

@@ -14,12 +14,12 @@ from hpcrub.results.verdict import SINGLE, USELESS
 from hpcrub.studies import open_result, rare
 from hpcrub.studies.contact.trials import left_for_others
 from tests.plot.drawn import lines
-from tests.program import TINY, contents, datasets, run_here
+from tests.program import BRIEF, contents, datasets, run_here
 from tests.studies.common import largest_amplitudes, lines_of_progress, refused_study
 
 N = 150
 STUDY = (
-    TINY.replace("checked_samples: 0", "checked_samples: 1")
+    BRIEF.replace("checked_samples: 0", "checked_samples: 1")
     .replace(" samples: 2", f" samples: {N}")
     .replace("[2, 4]", "[4]")
     + """\

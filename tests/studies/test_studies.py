@@ -64,13 +64,6 @@ def test_resonances_are_as_wide_as_the_damping_of_their_modes(folder):
         assert "resonances are 10 % wide" in line
 
 
-def test_shapes_are_scaled_and_clamped_at_the_spokes(modal):
-    shapes = modal.read("shapes")
-    assert np.hypot(shapes[..., 0], shapes[..., 1]).max(axis=1) == pytest.approx(1.0)
-    inner = modal.read("spokes")[:, 0]
-    assert (shapes[:, inner] == 0.0).all()
-
-
 def test_linear_amplification_is_that_of_a_fine_search(folder):
     overrides = "linear.n_diameters=[2, 5]", "mistuning.half_range_percent=[0, 3]"
     file = compute("linear", *overrides, "mistuning.samples=56", options=["--no-figures"])

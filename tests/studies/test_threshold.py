@@ -30,12 +30,12 @@ from hpcrub.studies.threshold import (
     search_of,
     values_of,
 )
-from tests.program import TINY, computed, datasets, refusal, run_here
+from tests.program import BRIEF, computed, datasets, refusal, run_here
 from tests.studies.common import largest_amplitudes, refused_study
 
 N = 60
 STUDY = (
-    TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[4]")
+    BRIEF.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[4]")
     + """\
 study: threshold
 threshold: {key: casing.clearance_mm, lowest: 0.2, highest: 1.4, tolerance: 0.6, probability: 0.4}
@@ -82,6 +82,14 @@ def brute(tmp_path_factory):
     limit = round(1e3 * float(np.median(peaks[len(values) // 2])), 3)
     computed(folder, STUDY.replace("_mm: 10", f"_mm: {limit}"))
     return folder, peaks, limit / 1e3
+
+
+@pytest.fixture
+def file(brute, tmp_path):
+    """A copy of the result, open to be changed."""
+    shutil.copy(brute[0] / "one.h5", tmp_path)
+    with open_result(tmp_path / "one.h5", mode="r+") as file:
+        yield file
 
 
 def test_every_disk_is_that_of_brute_force_and_the_crossing_is_there(brute):
@@ -187,16 +195,13 @@ def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):
     assert re.search(r"one.h5: \d+ of at most 300 disks, converged\n", capfd.readouterr().out)
 
 
-def test_a_file_is_complete_once_its_answer_is_written_with_whatever_rounding(brute):
-    folder, *_ = brute
-    shutil.copy(folder / "one.h5", folder / "rounded.h5")
-    with open_result(folder / "rounded.h5", mode="r+") as file:
-        low = file.read("probability_low")
-        file.write({"probability_low": low * (1.0 + 1e-12)}, ())
-        assert THRESHOLD.is_enough(file)
-        assert not THRESHOLD.next_round(file).tasks
-        file.write({"crossing": np.full(2, np.nan)}, ())  # as if killed before
-        assert not THRESHOLD.is_enough(file)
+def test_a_file_is_complete_once_its_answer_is_written_with_whatever_rounding(file):
+    low = file.read("probability_low")
+    file.write({"probability_low": low * (1.0 + 1e-12)}, ())
+    assert THRESHOLD.is_enough(file)
+    assert not THRESHOLD.next_round(file).tasks
+    file.write({"crossing": np.full(2, np.nan)}, ())  # as if killed before
+    assert not THRESHOLD.is_enough(file)
 
 
 def test_no_contact_at_any_value_is_an_answer(tmp_path):
@@ -206,63 +211,51 @@ def test_no_contact_at_any_value_is_an_answer(tmp_path):
         assert (file.read("side")[[0, -1]] == BELOW).all()
 
 
-def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(brute):
-    folder, *_ = brute
-    shutil.copy(folder / "one.h5", folder / "lost.h5")
-    with open_result(folder / "lost.h5", mode="r+") as file:
-        n = file.read("n_disks")
-        file.write({"peak_amplitude_m": np.full(n[0], np.nan)}, (0, slice(n[0])))
-        assert beyond(file)[0, : n[0]].all()
-        (lost,) = (f for f in THRESHOLD.findings(file) if "no result" in f.why)
+def test_disks_without_a_result_count_as_beyond_the_limit_and_are_told(file):
+    n = file.read("n_disks")
+    file.write({"peak_amplitude_m": np.full(n[0], np.nan)}, (0, slice(n[0])))
+    assert beyond(file)[0, : n[0]].all()
+    (lost,) = (f for f in THRESHOLD.findings(file) if "no result" in f.why)
     assert lost.why == f"{n[0]} of {n.sum()} disks have no result"
     assert lost.severity == USELESS
 
 
-def test_disks_that_move_far_are_no_doubt_where_they_are_far_beyond_the_limit(brute):
+def test_disks_that_move_far_are_no_doubt_where_they_are_far_beyond_the_limit(file):
     """The verdict was "not usable" by 101 mm at values far from the answer, whose limit is 30."""
-    folder, *_ = brute
-    shutil.copy(folder / "one.h5", folder / "far.h5")
-    with open_result(folder / "far.h5", mode="r+") as file:
-        values, crossing, side = map(file.read, ("value", "crossing", "side"))
-        far = np.flatnonzero((side == ABOVE) & ~np.isin(values, crossing))[0]
-        for value, is_told in ((far, False), (np.flatnonzero(values == crossing[0])[0], True)):
-            file.write({"peak_amplitude_m": np.array(0.3)}, (value, 0))
-            whys = [found.why for found in THRESHOLD.findings(file)]
-            assert any("outside small displacements" in why for why in whys) == is_told
+    values, crossing, side = map(file.read, ("value", "crossing", "side"))
+    far = np.flatnonzero((side == ABOVE) & ~np.isin(values, crossing))[0]
+    for value, is_told in ((far, False), (np.flatnonzero(values == crossing[0])[0], True)):
+        file.write({"peak_amplitude_m": np.array(0.3)}, (value, 0))
+        whys = [found.why for found in THRESHOLD.findings(file)]
+        assert any("outside small displacements" in why for why in whys) == is_told
 
 
-def test_a_value_that_cannot_be_told_is_not_said_to_be_below(brute):
+def test_a_value_that_cannot_be_told_is_not_said_to_be_below(file):
     """All values were called below 20 %, though of 20 disks at one of them 5 were beyond."""
-    folder, *_ = brute
-    shutil.copy(folder / "one.h5", folder / "open.h5")
-    with open_result(folder / "open.h5", mode="r+") as file:
-        values, n = file.read("value"), file.read("n_disks")
-        n[file.read("side") == ABOVE] = 0
-        n[0] = 20  # 9 of them beyond the limit, beside a target of 40 %
-        size = np.where(np.arange(N) < 9, 1.0, 1e-3)
-        file.write({"n_disks": n}, ())
-        file.write({"peak_amplitude_m": size}, 0)
-        file.write(results(file.config, search_of(file)), ())
-        line, found = crossing_in_words(file), [f.why for f in THRESHOLD.findings(file)]
+    values, n = file.read("value"), file.read("n_disks")
+    n[file.read("side") == ABOVE] = 0
+    n[0] = 20  # 9 of them beyond the limit, beside a target of 40 %
+    size = np.where(np.arange(N) < 9, 1.0, 1e-3)
+    file.write({"n_disks": n}, ())
+    file.write({"peak_amplitude_m": size}, 0)
+    file.write(results(file.config, search_of(file)), ())
+    line, found = crossing_in_words(file), [f.why for f in THRESHOLD.findings(file)]
     assert "at all values" not in line
     assert f"with 99 % confidence; not known: {values[0]:g}" in line
     assert "one side of 40 % is not certain anywhere" in found
-    left, _ = plot.threshold(folder / "open.h5")  # no value is orange; half of the figure was empty
+    left, _ = plot.threshold(file)  # no value is orange; half of the figure was empty
     left.figure.draw_without_rendering()
     assert left.get_position().height > 0.5
 
 
-def test_a_tolerance_that_was_not_reached_is_told_with_what_would_reach_it(brute):
+def test_a_tolerance_that_was_not_reached_is_told_with_what_would_reach_it(file):
     """The verdict was "usable" where 1 N was asked and 9 were reached."""
-    folder, *_ = brute
-    shutil.copy(folder / "one.h5", folder / "wide.h5")
-    with open_result(folder / "wide.h5", mode="r+") as file:
-        assert not any("known within" in f.why for f in THRESHOLD.findings(file))
-        low, high = file.read("crossing")
-        values, n = file.read("value"), file.read("n_disks")
-        n[(values > values[0]) & (values < high)] = 3  # too few to be certain
-        file.write({"n_disks": n}, ())
-        (found,) = (f for f in THRESHOLD.findings(file) if "known within" in f.why)
+    assert not any("known within" in f.why for f in THRESHOLD.findings(file))
+    low, high = file.read("crossing")
+    values, n = file.read("value"), file.read("n_disks")
+    n[(values > values[0]) & (values < high)] = 3  # too few to be certain
+    file.write({"n_disks": n}, ())
+    (found,) = (f for f in THRESHOLD.findings(file) if "known within" in f.why)
     assert found.severity == SINGLE
     assert "not 0.6, as threshold.tolerance asks" in found.advice
     n_told = n_to_tell(0.01, 0.004)  # what would reach it, where 4 of 1,000 exceed the limit

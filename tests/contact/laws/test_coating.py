@@ -59,18 +59,6 @@ def test_one_mass_is_the_event_driven_motion(name):
         assert bank.law.surface.worn[0, 0] == pytest.approx(truth.worn[-1], rel=2e-8)
 
 
-@pytest.mark.parametrize("name", WALLS)
-def test_one_mass_in_three_dimensions_moves_alike(name):
-    """The set of points that is solved exactly, and Gauss–Seidel, find the same forces."""
-    (place, force, bank), (same, as_large, solid) = (
-        computed(*WALLS[name], 1e-6, **kind) for kind in ({}, {"kind": spatial})
-    )
-    assert type(bank.law) is not type(solid.law)
-    assert np.abs(same - place).max() < 1e-12 * place.max()
-    assert np.abs(as_large - force).max() < 1e-9 * force.max()
-    assert abs(solid.law.surface.worn[0, 0] - bank.law.surface.worn[0, 0]) < 1e-15
-
-
 @pytest.mark.parametrize("kind", [{}, {"kind": spatial}], ids=["planar", "spatial"])
 def test_a_motion_goes_on_from_any_step_of_a_contact(kind):
     """From its memory it has the forces of the motion as a whole, the last of a rebound, too."""
@@ -139,24 +127,7 @@ def test_energy_goes_into_wear_and_what_a_step_loses(bar):
     assert books[-1].plastic[:, 0].sum() > (0.2 * start if bar else -1.0)
 
 
-def test_whole_contacts_of_a_disk_lose_energy_with_the_second_order():
-    """The contact begins and ends within a step: 0.9 % of what the casing stores at 10 µs."""
-    steps = np.array([2e-5, 1e-5, 5e-6])
-    modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
-    how = {"scheme": "exact_modal", "casing": CasingShape(4, 1e-3)}
-    books = []
-    for h in steps:
-        scene = reference_scene(step=h, elastic_casing=ElasticCasing(2.4e8), **how)
-        grid = cut_revolution(34.25, scene)
-        bank = allocate(modes, scene, grid, 8, [34.25])
-        books.append(audit(bank, grid.steps_per_revolution, scene))
-    lost = np.array([found.impact[:, 0].sum() / np.maximum(found.elastic[:, 0], 0.0).sum()
-                     for found in books])  # fmt: skip
-    assert 1.7 < fitted_order(steps, lost) < 2.4
-    assert 0.005 < lost[1] < 0.015
-
-
-@pytest.mark.parametrize("turn", [0.2, 0.5, 1.0, 2.0, 5.0])
+@pytest.mark.parametrize("turn", [0.5, 2.0])
 def test_a_rebound_loses_what_is_said_of_the_time_step(turn):
     """A free mass thrown at a spring, √(k/m) h = turn, mean of where in a step it meets it."""
     a, b, c = newmark(turn**2)
@@ -297,7 +268,7 @@ def test_a_planar_disk_is_the_same_disk_in_three_dimensions(name):
     assert np.abs(turned(name, n_blocks=3, solid=True) - planar).max() < 1e-9 * planar.max()
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", ["both"])
 def test_lanes_do_not_see_each_other(name):
     """In three dimensions; `tests.response.test_clearance` has planar disks."""
     speeds = np.linspace(33.5, 36.0, 8)

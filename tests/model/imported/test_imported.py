@@ -76,14 +76,6 @@ def test_nodal_diameters_of_a_sector_are_all_modes_of_the_disk(sector, disk):
     np.testing.assert_allclose(found[:12], exact, rtol=1e-8)
 
 
-def test_block_lanczos_finds_double_modes(disk):
-    """A cyclic disk has pairs, which an iteration of one vector loses."""
-    values, modes = craig_bampton.lowest_modes(disk.stiffness[0].tocsc(), disk.mass.tocsc(), 22)
-    f = np.sqrt(values) / (2 * np.pi)
-    np.testing.assert_allclose(f, dense_frequencies(disk.stiffness[0], disk.mass, 22), rtol=1e-9)
-    np.testing.assert_allclose(modes.T @ disk.mass @ modes, np.eye(22), atol=1e-10)
-
-
 def test_modes_of_rows_without_mass_are_those_of_the_rows_condensed(disk):
     """As of the inner nodes of CalculiX's C3D8I; truth: static condensation (Guyan), exact here."""
     K, n = disk.stiffness[0].toarray()[:150, :150], 100
@@ -112,20 +104,6 @@ def test_craig_bampton_converges_from_above_and_keeps_static_displacements(disk)
     static = np.linalg.solve(disk.stiffness[0].toarray(), load)
     small = basis @ np.linalg.solve(model.stiffness[0], basis.T @ load)
     np.testing.assert_allclose(small[rows], static[rows], rtol=1e-8, atol=1e-12 * abs(static).max())
-
-
-def test_interface_is_radial_tangential_axial_at_every_contact_node():
-    """A turn of the whole disk about z by a small angle moves every contact node along theta."""
-    arrays = disk_arrays() | {"fixed": np.zeros(0, int)}
-    model = neutral.from_arrays(arrays)
-    rigid = checks.rigid_motions(model)[:, 5]
-    found = assembly.assemble(model)
-
-    cylindrical = frames.turn(model.dof, model.nodes).T @ rigid
-    rows = found.row[found.contact_node]
-    radius = np.hypot(*model.nodes[model.contact_node, :2].T)
-    np.testing.assert_allclose(cylindrical[rows[:, 1]], radius, rtol=1e-12)
-    np.testing.assert_allclose(cylindrical[rows[:, [0, 2]]], 0, atol=1e-12)
 
 
 def test_reduced_model_in_cartesian_rows_has_the_same_interface_and_diameters(disk):
@@ -191,20 +169,6 @@ def test_stiffness_of_turned_blades_is_not_that_between_them(sector):
 
     assert abs(error([0.0, 0.0, 0.0])) < 1e-9
     assert abs(error([0.0, 1.5, 6.0])) > 0.01
-
-
-def test_file_gives_back_what_was_written(sector, tmp_path):
-    path = tmp_path / "model.h5"
-    model_file.write(path, neutral.to_arrays(sector))
-    back = neutral.from_arrays(model_file.read(path))
-    for name, value in sector._asdict().items():
-        other = getattr(back, name)
-        if sp.issparse(value):
-            assert (value != other).nnz == 0
-        elif name == "stiffness":
-            assert all((a != b).nnz == 0 for a, b in zip(value, other, strict=True))
-        else:
-            np.testing.assert_array_equal(value, other)
 
 
 def test_units_of_the_file_do_not_matter(sector, disk):
@@ -333,31 +297,6 @@ def test_component_mode_mistuning_gives_the_frequencies_of_the_mistuned_disk(dis
     found = np.sqrt(eigh(K_r, model.mass, eigvals_only=True)[:N])
     tuned = np.sqrt(eigh(model.stiffness[0], model.mass, eigvals_only=True)[:N])
     assert abs(found / exact - 1).max() < 0.05 * abs(tuned / exact - 1).max()
-
-
-def test_frequencies_of_another_speed_with_shapes_of_the_middle_err_by_second_order(disk):
-    """Rayleigh quotients: halving the way to the other speed quarters the error."""
-    blades = disk.blade_stiffness
-    radius = sp.diags_array(np.linspace(0.5, 1.5, blades.shape[0]))
-    K1 = 1e-7 * (radius @ blades @ radius)  # another shape than the stiffness at rest
-    spun = disk._replace(stiffness=(disk.stiffness[0], K1, 1e-9 * K1))
-    middle = 2 * np.pi * 250.0
-    small, _ = reduced.reduce_disk(spun, 20, middle)
-    modes = mistuned_modes(reduced.reduced_model(small, middle), np.linspace(-0.02, 0.02, N))
-    errors = []
-    for share in (0.1, 0.05, 0.025):
-        speed = middle * np.sqrt(1 + share)
-        there = reduced.reduced_model(small, speed)
-        exact = mistuned_modes(there, np.linspace(-0.02, 0.02, N)).omega[: 2 * N]
-        found = np.sort(modes.omega_at(speed))[: 2 * N]
-        assert abs(modes.omega[: 2 * N] / exact - 1).max() > 30 * abs(found / exact - 1).max()
-        errors.append(abs(found / exact - 1).max())
-    order = np.log2(np.array(errors[:-1]) / errors[1:])
-    np.testing.assert_allclose(order, 2.0, atol=0.3)
-    assert modes.omega_at(middle) is not modes.omega
-    np.testing.assert_allclose(modes.omega_at(middle), modes.omega, rtol=1e-12)
-    twice = modes.at(10.0).at(300.0)
-    np.testing.assert_allclose(twice.omega, modes.at(300.0).omega, rtol=1e-12)
 
 
 def test_a_file_of_several_speeds_knows_them_after_its_reduction_too(sector, tmp_path, capsys):

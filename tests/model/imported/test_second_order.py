@@ -119,15 +119,6 @@ def tip_motion(blade, field):
     return to_cartesian(nodes, field[blade.tips])
 
 
-def test_any_amplitude_tells_the_same_and_coupling_is_symmetric(twisted):
-    one, other = twisted.bent(2e-4), twisted.bent(1e-4)
-    for a, b in zip(one, other, strict=True):
-        np.testing.assert_allclose(a, b, atol=1e-6 * np.abs(a).max())
-    C = one.coupling
-    for order in ((1, 2, 0), (0, 2, 1)):
-        np.testing.assert_allclose(C.transpose(order), C, atol=1e-6 * np.abs(C).max())
-
-
 def test_a_straight_slender_blade_shortens_by_half_the_square_of_its_slope():
     """u_r = -1/2 int w'^2 dx of its own modes, and nothing sideways; radial, along x."""
     n, length, a, b = 24, 0.4, 0.008, 0.012

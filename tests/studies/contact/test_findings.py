@@ -250,6 +250,12 @@ def test_the_one_disk_of_a_pattern_has_no_probability(peak, status, does):
     assert depths == [f"{cuts} the coating"] * (status == DONE)
 
 
+def test_a_disk_is_as_severe_as_the_limit_that_it_exceeds_most():
+    config = Config.from_yaml("limits: {amplitude_mm: 10, stress_mpa: 100}")
+    found = limits.severity(config, np.array([5e-3, 2e-2, np.nan]), np.array([2e8, 5e7, 1e8]))
+    np.testing.assert_allclose(found, [2.0, 2.0, np.nan])
+
+
 def test_a_stress_by_a_factor_says_on_what_it_rests(file):
     """20 to 30 mm at ±2 %, 30 to 50 mm at ±4 %, by 40 MPa/mm; half of 2,400 MPa is left."""
     keys = {"limits.stress_mpa": 2400.0, "limits.stress_mpa_per_mm": 40.0}

@@ -20,8 +20,6 @@ from tests.model.imported.readers.test_readers import command, first_family, sam
 
 ARRAYS, MESH = sector_arrays(), sector(SMALL)
 LISTS = Lists("TIP", "LOW", "HIGH", SMALL.n_sectors)
-OPTIONS = ("--units", "mm t s", "--contact", "TIP", "--low", "LOW", "--high", "HIGH",
-           "--sectors", SMALL.n_sectors)  # fmt: skip
 
 
 def write_matrix(name, matrix, without=()):
@@ -64,18 +62,19 @@ def test_a_job_with_supports(job, exact):
     np.testing.assert_allclose(np.abs(a).sum(axis=1), np.abs(b).sum(axis=1), rtol=1e-9, atol=1.0)
 
 
+def test_the_command(job, capsys):
+    sides = "--low", "LOW", "--high", "HIGH", "--sectors", SMALL.n_sectors
+    assert command("abaqus", "disk.inp", "--units", "mm t s", "--contact", "TIP", *sides) == 0
+    said = capsys.readouterr().out
+    assert "held: 30 of the rows" in said
+    assert f"0: {first_family(neutral.from_arrays(ARRAYS))[0]:11.4f}" in said
+
+
 def test_without_supports_it_is_the_same_model(folder, exact):
     write_job("disk", supports=False)
     write_job("blade", supports=False, blade=True)
     arrays = abaqus.read("disk.inp", LISTS._replace(fixed="BORE"), "blade.inp")
     same_model(arrays, exact, "mm t s")
-
-
-def test_the_command(job, capsys):
-    assert command("abaqus", "disk.inp", "--blade", "blade.inp", *OPTIONS) == 0
-    said = capsys.readouterr().out
-    assert "held: 30 of the rows" in said
-    assert f"0: {first_family(neutral.from_arrays(ARRAYS))[0]:11.4f}" in said
 
 
 def test_nodes_that_a_transformation_turns(folder, exact):

@@ -248,7 +248,7 @@ def write_op4(axes, how):
             Path(f"{file}.op4.gz").write_bytes(gzip.compress(data))
 
 
-HOW = "text", "binary", "text, sparse", "text, exponents D", "text, packed"
+HOW = "text, packed", "binary", "text, sparse, exponents D"
 
 
 @pytest.mark.parametrize("how", HOW)

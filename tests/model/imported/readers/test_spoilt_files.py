@@ -9,12 +9,11 @@ import pytest
 import scipy.io
 import scipy.sparse as sp
 
-from evidence.truth.hexahedra import SMALL, sector_arrays
+from evidence.truth.hexahedra import sector_arrays
 from hpcrub.errors import InputError
 from hpcrub.model.imported.readers import calculix, matrix_market
 from hpcrub.results import model_file
 from tests.model.imported.readers.test_readers import command, write_matrix_market
-from tests.program import run
 
 
 def one_line(capsys, words):
@@ -56,37 +55,6 @@ def test_a_name_that_is_taken_is_kept(tmp_path, capsys):
         assert command("model", source, "--output", foreign, "--overwrite") == 2
         assert foreign.name in capsys.readouterr().err
         assert foreign.read_bytes() == before
-
-
-def _huge_head(text):
-    """It announces more rows than there is memory for."""
-    lines = text.splitlines(keepends=True)
-    at = next(k for k, line in enumerate(lines) if not line.startswith("%"))
-    lines[at] = f"{10**10} {10**10} {10**11}\n"
-    return "".join(lines)
-
-
-@pytest.mark.parametrize(
-    ("name", "spoil", "words"),
-    [
-        ("K.mtx", lambda text: text[:-4], "K.mtx: cannot be read (it ends in the middle of a line"),
-        ("K.mtx", _huge_head, "in its head, but"),
-        ("nodes.csv", lambda text: text + "3,0,0,0\n", "nodes.csv: node 3 stands there twice"),
-        ("contact.csv", lambda text: text + "1.7\n", "contact.csv: there is no node 1.7"),
-        ("fixed.csv", lambda text: text + "34\n", "is held; the tips must move"),
-        ("fixed.csv", None, "the disk is not held"),
-    ],
-)
-def test_spoilt_matrix_market_folders_are_refused(tmp_path, capsys, name, spoil, words):
-    write_matrix_market(tmp_path, np.arange(1, 39))
-    path = tmp_path / name
-    text = path.read_text()
-    path.unlink()
-    if spoil:
-        path.write_text(spoil(text))
-    options = "--sectors", SMALL.n_sectors, "--units", "m kg s"
-    assert command("matrixmarket", tmp_path, *options) == 2
-    one_line(capsys, words)
 
 
 @pytest.mark.parametrize("symmetry", ["general", "symmetric"])
@@ -146,7 +114,6 @@ def dataset(shape, **options):
         (dataset((10**6, 10**6), chunks=(1000, 1000)), "cannot be read"),
         (dataset(10**7, chunks=1000, compression="gzip"), "claims 80,000,000 bytes, and holds 0"),
         (dataset(3, external=[("other.h5", 0, 24)]), "m.h5: K is a link, or its data is stored"),
-        (lambda f: f.update(K=h5py.ExternalLink("other.h5", "K")), "m.h5: K is a link, or its"),
         (lambda f: f.update(K=h5py.ExternalLink("pipe", "K")), "m.h5: K is a link, or its data"),
         (lambda file: file.create_group("/".join("a" * 3000)), "cannot be read"),
         (lambda _: Path("m.h5").unlink() or Path("m.h5").touch(), "is empty"),
@@ -193,13 +160,12 @@ def test_a_matrix_or_its_rows_that_never_end_are_refused(folder, ending):
     ],
 )
 def test_a_refused_file_is_one_line_without_warnings_of_libraries(
-    tmp_path, recwarn, name, text, words
+    folder, capsys, recwarn, name, text, words
 ):
-    write_matrix_market(tmp_path, 1 + np.arange(len(sector_arrays()["nodes"])))
-    (tmp_path / name).write_text(text)
-    code, _, error = run(0, "import", "matrixmarket", ".", "--units", "m kg s", folder=tmp_path)
-    assert (code, error) == (2, f"hpcrub: error: {words}\n")
-    assert command("matrixmarket", tmp_path, "--units", "m kg s") == 2  # from Python
+    write_matrix_market(folder, 1 + np.arange(len(sector_arrays()["nodes"])))
+    (folder / name).write_text(text)
+    assert command("matrixmarket", ".", "--units", "m kg s") == 2
+    assert capsys.readouterr().err == f"hpcrub: error: {words}\n"
     assert not recwarn.list
 
 

@@ -150,6 +150,14 @@ def test_variants_of_a_folder_are_the_same_sector(written, exact, how):
     same_model(read(), exact)
 
 
+def huge_head(text):
+    """It announces more rows than there is memory for."""
+    lines = text.splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if not line.startswith("%"))
+    lines[at] = f"{10**10} {10**10} {10**11}\n"
+    return "".join(lines)
+
+
 @pytest.mark.parametrize(
     ("name", "change", "words"),
     [
@@ -161,6 +169,12 @@ def test_variants_of_a_folder_are_the_same_sector(written, exact, how):
         ("nodes.csv", lambda lines: lines + "99,a,0,0\n", "line 39: 'a' is not a number"),
         ("fixed.csv", lambda lines: lines + "999\n", "fixed.csv: there is no node 999"),
         ("contact.csv", lambda _: "1,0,0,0\n", "4 numbers in a line, 3 at most expected"),
+        ("K.mtx", lambda text: text[:-4], "K.mtx: cannot be read (it ends in the middle of a line"),
+        ("K.mtx", huge_head, "in its head, but"),
+        ("nodes.csv", lambda text: text + "3,0,0,0\n", "nodes.csv: node 3 stands there twice"),
+        ("contact.csv", lambda text: text + "1.7\n", "contact.csv: there is no node 1.7"),
+        ("fixed.csv", lambda text: text + "34\n", "is held; the tips must move"),
+        ("fixed.csv", None, "the disk is not held"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_read_is_said_with_what_to_do(written, capsys, name, change, words):
@@ -191,9 +205,7 @@ def harwell_boeing(matrix, kind, exponent, right=0):
     return "\n".join([*head, *sum(blocks, []), *["0.0"] * right, ""])
 
 
-@pytest.mark.parametrize("kind", ["RSA", "RUA"])
-@pytest.mark.parametrize("exponent", ["E", "D"])
-@pytest.mark.parametrize("right", [0, 1])
+@pytest.mark.parametrize(("kind", "exponent", "right"), [("RSA", "E", 0), ("RUA", "D", 1)])
 def test_harwell_boeing(written, exact, kind, exponent, right):
     Path("K.mtx").unlink()
     K = matrix_of(sector_arrays(), "K")
