@@ -263,8 +263,7 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
     if model.kind == "sector":
         *_, error = assembly.pair_sides(model.nodes, model.low, model.high, model.n_sectors)
         yield f"sides: {len(model.low)} nodes each, pairs miss by at most {1e3 * error:.2g} mm"
-    if model.blade_stiffness is not None and model.kind != "reduced":
-        assembly.assemble(model)  # refuses blades that hang together, as every study would
+    assembly.assemble(model)  # refuses what no study could take, such as blades that hang together
     if model.blade_stiffness is None and model.blade_frequencies is None:
         yield "blades' stiffness: none; blades can be mistuned only with it (--blade, K_blade)"
     elif model.blade_stiffness is None:

@@ -122,6 +122,11 @@ def _unfold(model: Any) -> Any:
     dof[rows[:, own], 1] = model.dof[own, 1]
     blade = model.blade_stiffness
     low, high, _ = pair_sides(model.nodes, model.low, model.high, N)
+    if twice := set(model.contact_node.tolist()) & set(high.tolist()):
+        raise InputError(
+            f"contact_node: node {min(twice)} is on the side of the sector that the next one has, "
+            "too; name the nodes of the other side alone"
+        )
     owner = np.arange(n_nodes)[None] + copies * n_nodes
     owner[:, high] = np.roll(owner, -1, axis=0)[:, low]  # their partners in the next sector
     return model._replace(

@@ -237,6 +237,20 @@ def entry(values, place, factor):
     return np.where(np.arange(len(values)) == place, factor * values, values)
 
 
+@pytest.mark.parametrize("side", ["low", "high"])
+def test_a_contact_node_of_two_sectors_is_named_once(side):
+    """The rows of one side are those of the other one; low and high may be exchanged."""
+    arrays = sector_arrays()
+    arrays |= {"contact_node": [*arrays["contact_node"], *arrays[side][-1:]]}
+    arrays |= {"contact_blade": np.zeros(len(arrays["contact_node"]), int)}
+    model = neutral.from_arrays(arrays)._replace(blade_stiffness=None)
+    if side == "low":
+        assert len(assembly.assemble(model).contact_node) == N * len(arrays["contact_node"])
+        return
+    with pytest.raises(InputError, match="on the side of the sector that the next one has"):
+        assembly.assemble(model)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
