@@ -36,6 +36,7 @@ WRONG = [
     ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
     ("casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
      "casing.profile_mm: 5 values for 4 angles"),
+    ("casing: {profile_deg: [0, 90, 180, 270]}", "goes with casing.profile_mm, which is not given"),
     # ranges
     ("disk: {blade: {thickness_mm: -3}}",
      "disk.blade.thickness_mm: -3 is out of range, allowed is a number above 0"),

@@ -343,6 +343,7 @@ REFUSED = [
     ({"speeds.from_hz": 0.05, "speeds.to_hz": 0.05}, "steady_state.max_time_s: 0.5 s are over"),
     ({"speeds.from_hz": 1e-6, "speeds.to_hz": 1e-6}, "steady_state.max_time_s"),
     ({"disk.blade.thickness_mm": 1e-6}, "disk: the stiffnesses of its parts are too far apart"),
+    ({"disk.blade.thickness_mm": 1e-9}, "disk: the stiffnesses of its parts are too far apart"),
     ({"disk.inner_radius_mm": 199.99999999999}, "disk: the stiffnesses of its parts"),
     ({"disk.hub_radius_mm": 499.99}, "not enough memory"),
     ({"mistuning.samples": 1e12}, "not enough memory"),
