@@ -137,9 +137,13 @@ def _attach_scales(file: Any, plan: Any) -> None:
 
 
 def _is_ours(path: Any) -> Any:
-    with contextlib.suppress(*DAMAGE), _open_to_read(path) as file:
-        return str(_words(file.attrs["program"])) == "hpcrub"
-    return False
+    try:
+        with _open_to_read(path) as file:
+            return str(_words(file.attrs["program"])) == "hpcrub"
+    except BlockingIOError:  # it may be, and another program has it open
+        raise
+    except DAMAGE:
+        return False
 
 
 def refuse_foreign(path: str | Path) -> None:
