@@ -206,6 +206,7 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
     """
     for line in _found(model, options):
         say(line)
+    assembly.assemble(model)  # refuses what no study could take, such as blades that hang together
     speed = 2 * np.pi * options.speed_hz
     by_diameter = functools.partial(cyclic.frequencies_by_diameter, model)
     table = checks.at_speed("--speed-hz", by_diameter, speed)
@@ -263,7 +264,6 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
     if model.kind == "sector":
         *_, error = assembly.pair_sides(model.nodes, model.low, model.high, model.n_sectors)
         yield f"sides: {len(model.low)} nodes each, pairs miss by at most {1e3 * error:.2g} mm"
-    assembly.assemble(model)  # refuses what no study could take, such as blades that hang together
     if model.blade_stiffness is None and model.blade_frequencies is None:
         yield "blades' stiffness: none; blades can be mistuned only with it (--blade, K_blade)"
     elif model.blade_stiffness is None:

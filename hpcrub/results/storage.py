@@ -256,6 +256,8 @@ class ResultFile:
     @contextlib.contextmanager
     def _damage(self) -> Iterator[None]:
         """Turn whatever HDF5 finds wrong with the file into an InputError of one line."""
+        if not self._file:
+            raise InputError(f"{self.path} is closed; read it within `with`, or open it again")
         try:
             yield
         except HpcrubError:

@@ -69,6 +69,8 @@ WRONG = [
      "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern"),
     ("mistuning: {pattern: 210}", "mistuning.pattern: 210 is not a list of 1 to 200 values"),
     ("mistuning: {by: cantilever_modes}", "'cantilever_modes' goes with disk.model, which is n"),
+    ("study: run_up\nrun_up: {from_hz: 33, to_hz: 34, hz_per_s: [1, 1000]}",  # nothing but NaN
+     "run_up.hz_per_s: a run of 0.001 s is 0.034 revolutions; one is needed"),
     ("study: time_response\nspeeds: {from_hz: 30, to_hz: 31}", "31.0 is not speeds.from_hz, 30.0"),
     ("study: interaction_map\nspectrum: {window_s: 0.001}", "hold fewer than 16 recorded displac"),
     ("speeds: {from_hz: 44,5}", "a key must be a plain name; a decimal comma? write 44.5"),
