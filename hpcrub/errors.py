@@ -40,6 +40,8 @@ class Interrupted(HpcrubError):
 
 def reason(error: BaseException) -> str:
     """Return the cause of an error in one line, in the operating system's words if it has them."""
+    if "unable to lock file" in str(error):  # HDF5's words
+        return "another program has it open"
     if system := re.search(SYSTEM, str(error)):
         return system[1]
     if isinstance(error, OSError) and error.strerror:

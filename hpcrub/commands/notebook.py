@@ -70,6 +70,8 @@ def run(
     ...     table = file.to_dataframe("samples")
     """
     asked = _configuration(config)
+    if not ranks >= 1:
+        raise InputError(f"ranks: {ranks} is not a whole number from 1")
     if output is not None:
         asked = asked.replace({"output": os.fspath(output)})
     with tempfile.TemporaryDirectory() as folder:

@@ -216,7 +216,8 @@ class Casing(Section):
             for h in self.harmonics
             if h.amplitude_mm > 0.0
         )
-        points = zip(self.profile_deg or (), self.profile_mm or (), strict=True)
+        # other numbers of angles than of changes are told by the checks, beside other mistakes
+        points = zip(self.profile_deg or (), self.profile_mm or (), strict=False)
         measured = tuple((a * pi / 180, -r / 1000) for a, r in points)
         cut_off = self.smoothing / self._tip_radius_mm * 1000 if measured else 0.0
         return Profile(harmonics, measured, cut_off)

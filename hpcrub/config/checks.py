@@ -333,7 +333,8 @@ def _run_problems(c: Any) -> Iterator[Any]:
          f"part.samples: {show(c.part.samples)} is no range of the {c.mistuning.samples} of "
          "mistuning.samples"),
         (c.threshold.lowest >= c.threshold.highest,
-         "threshold.highest: is not above threshold.lowest"),
+         f"threshold.highest: {c.threshold.highest:g} is not above threshold.lowest, "
+         f"{c.threshold.lowest:g}"),
     )  # fmt: skip
     yield from _limit_problems(c)
 

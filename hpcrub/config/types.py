@@ -1,5 +1,6 @@
 """Types of the values in an input, and the base class of its sections."""
 
+from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,8 +25,16 @@ Deviation = Annotated[Number, Field(gt=-100, lt=100)]
 Frequency = Annotated[Number, Field(gt=0, le=1e6)]
 Ratio = Annotated[Number, Field(ge=1e-6, lt=1)]
 MOST_SAMPLES = 10**12
-# a float without fraction is a whole number, too, such as 1e4
-_to_int = BeforeValidator(lambda v: int(v) if isinstance(v, float) and v.is_integer() else v)
+
+
+def _whole(value: Any) -> Any:
+    """A float without fraction is a whole number, too, such as 1e4; and so are those of NumPy."""
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return value if isinstance(value, bool) or not isinstance(value, Integral) else int(value)
+
+
+_to_int = BeforeValidator(_whole)
 Whole = Annotated[int, Strict(), _to_int]
 Switch = Annotated[bool, Strict()]
 Levels = Annotated[tuple[Level, ...], Field(min_length=1, max_length=1000)]
@@ -45,6 +54,7 @@ def _file_name(text: str) -> Any:
 FileName = Annotated[
     str,
     Strict(),
+    BeforeValidator(lambda name: str(name) if isinstance(name, Path) else name),
     AfterValidator(_file_name),
     Field(max_length=4000, json_schema_extra={"format": "a file name"}),
 ]

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.config.text import percent
+from hpcrub.config.text import counted, percent
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.effects.effect import (
     Change,
@@ -176,7 +176,7 @@ def _lines_of_disks(file: ResultFile) -> Iterator[str]:
     is_random = config.pattern_deviation is None
     who = "±{:.3g} %: {} disks" if is_random else "the disk of the pattern"
     groups = [(who.format(100 * half_range, len(depth)), depth) for half_range, depth in levels]
-    for words, depth in [(f"{len(tuned)} runs of the tuned disk", tuned), *groups]:
+    for words, depth in [(f"{counted(len(tuned), 'run')} of the tuned disk", tuned), *groups]:
         if not len(depth):
             continue
         through = int(np.count_nonzero(depth >= REACHED * depth_of_all(config)))

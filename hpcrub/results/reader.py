@@ -93,9 +93,10 @@ class Results(ResultFile):
             import xarray
         except ImportError:
             raise InputError("xarray is not installed: pip install 'hpcrub[tables]'") from None
-        if (name := SHORT.get(table, table)) not in self:
+        all_names = self.names()
+        if (name := SHORT.get(table, table)) not in all_names:
             there = [
-                *(short for short, of in SHORT.items() if of in self),
+                *(short for short, of in SHORT.items() if of in all_names),
                 "any name in file.names()",
             ]
             raise InputError(f"{self.path}: no table {table!r}; there are {', '.join(there)}")

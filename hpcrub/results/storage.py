@@ -137,9 +137,13 @@ def _attach_scales(file: Any, plan: Any) -> None:
 
 
 def _is_ours(path: Any) -> Any:
-    with contextlib.suppress(*DAMAGE), _open_to_read(path) as file:
-        return str(_words(file.attrs["program"])) == "hpcrub"
-    return False
+    try:
+        with _open_to_read(path) as file:
+            return str(_words(file.attrs["program"])) == "hpcrub"
+    except BlockingIOError:  # it may be, and another program has it open
+        raise
+    except DAMAGE:
+        return False
 
 
 def refuse_foreign(path: str | Path) -> None:
@@ -252,6 +256,8 @@ class ResultFile:
     @contextlib.contextmanager
     def _damage(self) -> Iterator[None]:
         """Turn whatever HDF5 finds wrong with the file into an InputError of one line."""
+        if not self._file:
+            raise InputError(f"{self.path} is closed; read it within `with`, or open it again")
         try:
             yield
         except HpcrubError:

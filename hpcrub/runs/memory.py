@@ -60,5 +60,6 @@ def check(run: Run) -> None:
     if needed > there:
         raise InputError(
             f"not enough memory: this study needs {needed / 1e9:,.1f} GB "
-            f"({there / 1e9:,.1f} GB are there)"
+            f"({there / 1e9:,.1f} GB are there): longer steps (time), fewer samples "
+            "(mistuning.samples) or shorter histories (history) need less"
         )

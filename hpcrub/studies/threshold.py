@@ -101,7 +101,7 @@ class Threshold(Trials):
             try:
                 at_value(config, value)
             except InputError as error:
-                yield f"threshold.key: {value:g}: {error}"
+                yield f"threshold.key: at the value {value:g}: {error}"
                 return
         ends = (at_value(config, float(end)) for end in values_of(config)[[0, -1]])
         of_ends = (keys_without_effect(end) for end in ends)  # a default is no key that is given

@@ -3,8 +3,10 @@
 import json
 import os
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import hpcrub
@@ -97,6 +99,25 @@ def test_wrong_input_is_an_exception_before_any_work(make):
     message = "study: 'modl' is not one of branches, .*did you mean modal"
     with pytest.raises(InputError, match=message):
         make({"study": "modl"})
+
+
+def test_numbers_of_numpy_and_paths_are_values_too():
+    """np.int64(20) was "not a whole number"."""
+    mistuning = {"samples": np.int64(20), "half_range_percent": (np.float64(1), 2)}
+    config = Config(mistuning=mistuning, output=Path("a", "b.h5"))
+    assert config == Config(
+        mistuning={"samples": 20, "half_range_percent": [1, 2]}, output="a/b.h5"
+    )
+    assert Config.from_yaml(config.to_yaml()) == config
+    assert "true is not a whole number" in refusal(lambda: Config(mistuning={"samples": True}))
+
+
+def test_no_ranks_are_refused():
+    """A study ran on one rank."""
+    assert (
+        refusal(lambda: hpcrub.run(Config(study="modal"), 0))
+        == "ranks: 0 is not a whole number from 1"
+    )
 
 
 def test_a_configuration_is_replaced_and_never_changed():

@@ -34,6 +34,7 @@ WRONG = [
     ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
     ("casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
      "casing.profile_mm: 5 values for 4 angles"),
+    ("casing: {profile_deg: [0, 90, 180, 270]}", "goes with casing.profile_mm, which is not given"),
     # ranges
     ("disk: {blade: {thickness_mm: -3}}",
      "disk.blade.thickness_mm: -3 is out of range, allowed is a number above 0"),
@@ -66,6 +67,8 @@ WRONG = [
      "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern"),
     ("mistuning: {pattern: 210}", "mistuning.pattern: 210 is not a list of 1 to 200 values"),
     ("mistuning: {by: cantilever_modes}", "'cantilever_modes' goes with disk.model, which is n"),
+    ("study: run_up\nrun_up: {from_hz: 33, to_hz: 34, hz_per_s: [1, 1000]}",  # nothing but NaN
+     "run_up.hz_per_s: a run of 0.001 s is 0.034 revolutions; one is needed"),
     ("study: time_response\nspeeds: {from_hz: 30, to_hz: 31}", "31.0 is not speeds.from_hz, 30.0"),
     ("study: interaction_map\nspectrum: {window_s: 0.001}", "hold fewer than 16 recorded displac"),
     ("speeds: {from_hz: 44,5}", "a key must be a plain name; a decimal comma? write 44.5"),

@@ -11,8 +11,8 @@ import pytest
 from hpcrub import studies
 from hpcrub.__main__ import main as program
 from hpcrub.errors import InputError
-from hpcrub.results import ownership
-from tests.program import lay_out
+from hpcrub.results import ownership, storage
+from tests.program import lay_out, refusal
 
 
 @pytest.mark.parametrize(
@@ -34,6 +34,17 @@ def test_what_is_not_ours_is_never_replaced(tmp_path, make):
         lay_out(path)
     assert [found.name for found in tmp_path.iterdir()] == ["precious"]
     assert os.path.samestat(path.lstat(), before)
+
+
+def test_a_file_that_another_program_has_open_is_told_as_that(path):
+    """HDF5 says that a resource is temporarily unavailable."""
+    lock = "import h5py, sys; f = h5py.File(sys.argv[1], 'r+'); print(1, flush=True); input()"
+    ends = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", lock, str(path)], **ends) as other:
+        other.stdout.readline()
+        for use in (storage.ResultFile, storage.refuse_foreign):
+            assert "another program has it open" in refusal(use, path)
+        other.communicate(b"\n")
 
 
 def test_a_link_to_nothing_is_followed(tmp_path):

@@ -20,7 +20,7 @@ from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies import STUDIES
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
-from tests.program import ROOT, TINY, lay_out, names_in
+from tests.program import ROOT, TINY, lay_out, names_in, refusal
 
 
 @pytest.fixture(params=STUDIES)
@@ -132,6 +132,14 @@ def test_what_people_want_of_an_open_file(done):
             assert file["tuned/peak_amplitude_m"] != 0.0
     with xarray.open_datatree(done, engine="h5netcdf"), hpcrub.open(done):
         pass
+
+
+def test_a_closed_file_is_told_as_that(path):
+    """It had no tables, and was damaged."""
+    with hpcrub.open(path) as file:
+        pass
+    for use in (file.to_dataframe, lambda: file["samples/status"]):
+        assert "is closed" in refusal(use)
 
 
 def test_a_file_that_is_being_written_is_read(done):

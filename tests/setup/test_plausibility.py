@@ -52,6 +52,7 @@ def test_overtaken_waves_that_are_not_followed_are_named():
     assert "the waves n = 2, which are not followed" in only
 
 
+SINGLE = {"study": "time_response", "speeds.from_hz": 34, "speeds.to_hz": 34}
 RING = {"casing.ring.thickness_mm": 20.0}
 MARKED = [
     # 2,000 rpm as Hz: tips at 2π·2000·0.5 = 6,283 m/s; a clearance in micrometres
@@ -64,9 +65,11 @@ MARKED = [
     ({"reduction.n_modes": 12, "casing.n_bumps": 3}, "is 12, fewer than 2 for each blade, 24"),
     # four bumps pass at 142 Hz, the first family vibrates below 94 Hz
     ({"reduction.n_modes": 24}, "fewer than 3 for each blade, 36"),
+    (SINGLE | {"history.duration_s": 0.4}, "s, history.duration_s is 0.4; motions that do not"),
 ]
 UNMARKED = [
     {},
+    SINGLE | {"steady_state.max_time_s": 0.5},  # without effect there
     {"reduction.n_modes": 13, "casing.n_bumps": 3},  # of which whole families are kept: 24
     {"reduction.n_modes": 36},
     # all there are
@@ -340,6 +343,7 @@ REFUSED = [
     ({"casing.growth_time_s": 20}, "casing.growth_time_s: the bumps still grow at"),
     ({"speeds.from_hz": 0.05, "speeds.to_hz": 0.05}, "steady_state.max_time_s: 0.5 s are over"),
     ({"disk.blade.thickness_mm": 1e-6}, "disk: the stiffnesses of its parts are too far apart"),
+    ({"disk.blade.thickness_mm": 1e-9}, "disk: the stiffnesses of its parts are too far apart"),
     ({"disk.hub_radius_mm": 499.99}, "not enough memory"),
     ({"mistuning.samples": 1e12}, "not enough memory"),
     ({"output": "."}, "is a folder"),

@@ -45,7 +45,7 @@ limits: {amplitude_mm: 10}
 REFUSED = {
     "threshold.key=casing.clearance": "casing.clearance: unknown key",
     "threshold.key=limits.amplitude_mm": "limits.amplitude_mm changes no disk",
-    "threshold.lowest=2": "threshold.highest: is not above threshold.lowest",
+    "threshold.lowest=2": "is not above threshold.lowest, 2",
     "limits.amplitude_mm=null": "needs limits.amplitude_mm or limits.stress_mpa",
     "mistuning.half_range_percent=[1, 2]": "a threshold study is of one level",
     "threshold.lowest=-1": "casing.clearance_mm",
@@ -56,7 +56,7 @@ REFUSED = {
     "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 512",
     "threshold.probability=0.05": "60 disks cannot show .* threshold.probability 0.05.* 104",
     "threshold.key=casing.clearance_hz_mm[0][1]": "the input gives 0 elements there",
-    "threshold.key=speeds": "threshold.key: 0.2: speeds",
+    "threshold.key=speeds": "threshold.key: at the value 0.2: speeds",
 }
 
 

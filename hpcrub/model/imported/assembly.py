@@ -121,7 +121,7 @@ def _unfold(model: Any) -> Any:
     dof[rows[:, own], 0] = model.dof[own, 0] + copies * n_nodes
     dof[rows[:, own], 1] = model.dof[own, 1]
     blade = model.blade_stiffness
-    low, high, _ = pair_sides(model.nodes, model.low, model.high, N)
+    low, high = _sides(model)
     owner = np.arange(n_nodes)[None] + copies * n_nodes
     owner[:, high] = np.roll(owner, -1, axis=0)[:, low]  # their partners in the next sector
     return model._replace(
@@ -143,6 +143,17 @@ def _unfold(model: Any) -> Any:
         stress_static=np.tile(model.stress_static, N),
         bent=model.bent and model.bent.at(np.tile(np.arange(len(model.contact_node)), N)),
     )
+
+
+def _sides(model: Any) -> tuple[Any, Any]:
+    """Paired sides of a sector, whose rows on the high one are those of the next sector."""
+    low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
+    if twice := set(model.contact_node.tolist()) & set(high.tolist()):
+        raise InputError(
+            f"contact_node: node {min(twice)} is on the side of the sector that the next one has, "
+            "too; name the nodes of the other side alone"
+        )
+    return low, high
 
 
 def turned(nodes: np.ndarray, angle: float) -> np.ndarray:

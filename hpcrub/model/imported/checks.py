@@ -10,9 +10,10 @@ from hpcrub.model.imported import bent_blades
 from hpcrub.model.imported.frames import turn
 from hpcrub.model.imported.neutral import NeutralModel
 
-FREQUENCIES = 0.1, 1e6  # [Hz] a first frequency outside comes from wrong units
+SLOWEST = 0.1  # [Hz] a first frequency below comes from wrong units
+FASTEST = 2e4  # [m/s] first frequency times tip radius; sound in metals has a quarter of it
 TIP_RADII = 1e-3, 20.0  # [m]
-HEAVIEST = 3e4  # [kg/m3] mass over the volume of the space that the disk sweeps
+DENSITIES = 3.0, 3e4  # [kg/m3] mass over the volume of the space that the disk sweeps
 RIGID = 1e-3  # residual of a row, as a share of its entries, above which it is unbalanced
 UNFELT = 1e-12  # of the usual (median) entries of a row: what is below is rounding
 UNBALANCED = 0.5  # share of unbalanced rows above which K is no stiffness of a body
@@ -73,16 +74,20 @@ def check(model: NeutralModel) -> Findings:
     return Findings(mass, float(np.median(share)), loaded, float(tip.max()), float(np.ptp(tip)))
 
 
-def check_frequency(first_hz: float) -> None:
-    """Raise InputError for a first natural frequency [Hz] that only wrong units can give."""
-    if not first_hz > FREQUENCIES[0]:
+def check_frequency(first_hz: float, tip_radius: float) -> None:
+    """Raise InputError for a first natural frequency [Hz] that only wrong units can give.
+
+    tip_radius: of the model [m].
+    """
+    if not first_hz > SLOWEST:
         raise InputError(
             f"the first natural frequency is {first_hz:.3g} Hz: the disk is not held (fixed), or "
             "the units are not those of the file"
         )
-    if first_hz > FREQUENCIES[1]:
+    if first_hz > FASTEST / tip_radius:
         raise InputError(
-            f"units: the first natural frequency is {first_hz:.3g} Hz, which no bladed disk has"
+            f"units: the first natural frequency is {first_hz:.3g} Hz, which no bladed disk of "
+            f"{1e3 * tip_radius:.4g} mm radius has; are the units those of the file?"
         )
 
 
@@ -172,7 +177,7 @@ def _check_mass(model: Any, mass: Any, radius: Any) -> None:
     size = np.pi * radius[placed].max() ** 2 * np.ptp(model.nodes[placed, 2])
     if not mass > 0:
         raise InputError(f"M: the mass is {mass:.3g} kg, the mass matrix cannot be one")
-    if size > 0 and mass / size > HEAVIEST:
+    if size > 0 and not DENSITIES[0] <= mass / size <= DENSITIES[1]:
         raise InputError(
             f"units: a mass of {mass:.3g} kg in {size:.3g} m3; are the units those of the file?"
         )

@@ -115,7 +115,8 @@ def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
         each = 1 if model.kind == "sector" else multiplicity(h, model.n_blades)
         mine = values[::each][:MODES_PER_DIAMETER]
         table[h, : len(mine)] = np.sqrt(np.maximum(mine, 0.0)) / (2 * np.pi)
-    check_frequency(float(np.nanmin(table)))
+    radius = np.hypot(*model.nodes[model.contact_node, :2].T).max()
+    check_frequency(float(np.nanmin(table)), float(radius))
     return table
 
 

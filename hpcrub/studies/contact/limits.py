@@ -58,11 +58,11 @@ def severities(file: ResultFile) -> np.ndarray:
 
 
 def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
-    """The largest amplitude of all disks, and the largest stress where it is limited."""
+    """The largest amplitude of all samples, and the largest stress where it is limited."""
     size = 1e3 * found.largest
     if not size > 0.0:
         return
-    text = f"largest amplitude of all disks: {size:.3g} mm"
+    text = f"largest amplitude of all samples: {size:.3g} mm"
     stress = max(_stresses(file, level).max(initial=0.0) for level in file.config.levels)
     if stress > 0.0:
         text += f"; largest stress: {1e-6 * stress:,.0f} MPa{_condition(file.config)}"

@@ -252,10 +252,18 @@ def chance_line(file: ResultFile) -> str:
         if part.size
     )
     step = _step_effect(file)
-    text = f"from the least to the largest of {n} repetitions a peak differs by: {both}"
+    parts = [f"peaks lie within intervals of {width:.3g} Hz"]
     if np.isfinite(step):
-        text += f"; half the time step changes the tuned disk's by {100.0 * step:.2g} %"
-    return f"{text}; peaks lie within intervals of {width:.3g} Hz"
+        parts = [
+            f"half the time step changes the tuned disk's peak by {100.0 * step:.2g} %",
+            *parts,
+        ]
+    if n > 1:
+        parts = [
+            f"from the least to the largest of {n} repetitions a peak differs by: {both}",
+            *parts,
+        ]
+    return "; ".join(parts)
 
 
 def _step_effect(file: ResultFile) -> float:
@@ -303,8 +311,8 @@ def findings(file: ResultFile) -> Iterator[Finding]:
     if config.run_up.repeats < 4:
         yield Finding(
             REMARK, "few repetitions",
-            f"{config.run_up.repeats} repetitions show little of what chance does to a peak: "
-            "run_up.repeats up to 8",
+            "what chance does to a peak shows little in "
+            f"{counted(config.run_up.repeats, 'repetition')}: run_up.repeats up to 8",
         )  # fmt: skip
     yield from common.kinematics(config, _of_all(file, "peak_amplitude_m"))
     if config.pattern_deviation is None:

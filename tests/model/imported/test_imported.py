@@ -193,12 +193,26 @@ def use(arrays):
     checks.check(model)
     assembly.assemble(model)
     if model.kind == "sector":
-        checks.check_frequency(cyclic.sector_frequencies(model, 0, 1)[0])
+        cyclic.frequencies_by_diameter(model, 0.0)
 
 
 def entry(values, place, factor):
     """A copy with one value times the factor."""
     return np.where(np.arange(len(values)) == place, factor * values, values)
+
+
+@pytest.mark.parametrize("side", ["low", "high"])
+def test_a_contact_node_of_two_sectors_is_named_once(side):
+    """The rows of one side are those of the other one; low and high may be exchanged."""
+    arrays = sector_arrays()
+    arrays |= {"contact_node": [*arrays["contact_node"], *arrays[side][-1:]]}
+    arrays |= {"contact_blade": np.zeros(len(arrays["contact_node"]), int)}
+    model = neutral.from_arrays(arrays)._replace(blade_stiffness=None)
+    if side == "low":
+        assert len(assembly.assemble(model).contact_node) == N * len(arrays["contact_node"])
+        return
+    with pytest.raises(InputError, match="on the side of the sector that the next one has"):
+        assembly.assemble(model)
 
 
 @pytest.mark.parametrize(
@@ -210,6 +224,8 @@ def entry(values, place, factor):
         (lambda a: {"contact_node": [*a["contact_node"], a["low"][-1]]}, "nodes lie on the tips"),
         (lambda a: {"nodes": 1e3 * a["nodes"]}, "the contact nodes lie at a radius of 220 m"),
         (lambda a: {"units": np.array("mm kg s")}, "the contact nodes lie at a radius of 0.0"),
+        (lambda a: {"M/data": 1e-3 * a["M/data"]}, "units: a mass of"),  # kg in place of t
+        (lambda a: {"K/data": 1e6 * a["K/data"]}, "units: the first natural frequency"),  # ms
         (lambda a: {"dof": np.roll(a["dof"], 1, axis=0)}, "a rigid motion causes forces"),
         (lambda a: {"M/data": None}, "M: this array is missing"),
         (lambda a: {"fixed": None}, "the disk is not held"),

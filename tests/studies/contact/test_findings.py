@@ -223,7 +223,7 @@ def test_limits_have_a_probability_with_its_interval(file):
     for line in limits.limit_lines(file, usable=False):
         assert line.endswith("not to be signed, the verdict says why")
     (line,) = limits.largest_line(file, survey(file))
-    assert line == "largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa"
+    assert line == "largest amplitude of all samples: 50 mm; largest stress: 2,000 MPa"
     contact_file.write_sample(file, 1, 1, {"status": FAILED})
     first, _ = limits.limit_lines(file, usable=True)
     assert "±4 %: 1 of 2 disks exceed 35 mm or have no result, a probability of 1.3 to 99" in first
@@ -270,7 +270,7 @@ def test_a_stress_by_a_factor_says_on_what_it_rests(file):
     first, *_ = limits.limit_lines(scaled, usable=True)
     assert "which 300 MPa of the rotation leave of 2400 MPa" in first
     (line,) = limits.largest_line(scaled, survey(file))
-    assert line == f"largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa {factor}"
+    assert line == f"largest amplitude of all samples: 50 mm; largest stress: 2,000 MPa {factor}"
 
 
 COATED = (

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 
 from evidence.truth.hexahedra import sector_arrays
 from hpcrub.errors import InputError
+from hpcrub.model.imported.arrays import PARTS
 from hpcrub.model.imported.readers import calculix, matrix_market
 from hpcrub.results import model_file
 from tests.model.imported.readers.test_readers import command, write_matrix_market
@@ -91,7 +92,8 @@ FAR = np.array([2 * 10**9, 0])  # of two contact nodes
         (lambda a: {"kind": np.array("disk"), "contact_blade": FAR},
          "contact_blade: blade 2 has no contact nodes; 1 is named nowhere"),
         (lambda a: {"kind": np.array([1, 2])}, "kind: one word is expected"),
-        (lambda a: {"M/data": 1e-300 * a["M/data"]}, "no modes can be found"),
+        (lambda a: {"fixed": np.zeros(0, int)}, "no modes can be found"),
+        (lambda a: {f"K_blade/{p}": a[f"K/{p}"] for p in PARTS}, "K_blade: blades 0 and 1 hang"),
         (lambda a: {"n_sectors": np.array(10**12)}, "2 to 200"),
         (lambda a: {"kind": np.array("disk"), "n_sectors": np.array(-3)},
          "n_sectors: -3, and contact_blade names 1"),
