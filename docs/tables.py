@@ -128,7 +128,8 @@ def quickstart():
         f"{tuned:.0f} mm, and by {worst:.0f} mm in the worst of the {peaks.size} disks: more than "
         "a real blade would bear and small displacements, which are the paper's, describe. To "
         f"second order the tuned disk moves by {bent:.0f} mm, and two amplifications fall by "
-        f"{falls.min():.0f} and {falls.max():.0f} %, which is more than that order can tell. {100 * share:.1f} % of the points end with a "
+        f"{falls.min():.0f} and {falls.max():.0f} %, which is more than that order can tell. "
+        f"{100 * share:.1f} % of the points end with a "
         "motion whose mean amplitude is known and in which no wave grows, most of them after "
         f"{seconds:.1f} s."
     )

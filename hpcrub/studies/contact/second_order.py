@@ -16,20 +16,13 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.setup.disks import deviation, rubbing_modes
-from hpcrub.setup.problem import (
-    Problem,
-    allows_second_order,
-    build_problem,
-    left_out,
-    second_order_size,
-)
+from hpcrub.setup.problem import Problem, allows_second_order, build_problem, left_out
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import Integrated, tuned_run
 
 FURTHER = 2.0  # times as far as the tuned disk mistuned ones may move
 MOST = 2  # mistuned disks that are computed to second order
 FAR_OFF = 0.2  # change of an amplification above which no percentile is worth much
-TOO_FAR = 0.03  # of a motion: a third order from which on exact rotations may do otherwise
 KEY = "contact.kinematics: second_order"
 PEAK, SPEED = "tuned/second_order_peak_m", "tuned/second_order_speed_hz"
 
@@ -105,8 +98,7 @@ def _finding(file: ResultFile, largest: float) -> Finding:
         by = " to ".join(dict.fromkeys(_signed(end) for end in (ratios.min(), ratios.max())))
         advice += f", and A_nl of {counted(len(ratios), 'disk')} changes by {by} %"
     why = f"second order moves the tuned peak by {_signed(change)} %"
-    size = second_order_size(file.config)
-    if size and (size[1] * after[0]) ** 2 > TOO_FAR:
+    if findings.third_order(file.config, after[0]) > findings.THIRD:
         advice += f"; {1e3 * after[0]:.2g} mm are more than the second order can tell, too: neither"
         return Finding(SINGLE, why, f"{advice} is to be signed, and ratios only with care")
     if np.abs(ratios).max(initial=0.0) > FAR_OFF:
