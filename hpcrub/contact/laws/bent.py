@@ -30,6 +30,7 @@ from hpcrub.contact.laws.bent_arrays import (
     folded,
     forces_of_products,
     pairs_of_pairs,
+    places,
 )
 from hpcrub.contact.laws.small import list_directions, row_of_pair
 from hpcrub.contact.protocols import Grid, Scene
@@ -60,8 +61,6 @@ class Bent(BentArrays):
         n_blades, p = second.participation.shape[:2]
         n, C = len(interface.angle), columns(rows.normal).shape[1]
         counts, padding = interface.points_per_blade, (0, C - n)
-        order, first = np.argsort(interface.blade, kind="stable"), np.cumsum(counts) - counts
-        place = (np.arange(n) - first[interface.blade[order]])[np.argsort(order)]
         # blades of the cyclic basis, whose points are known to correspond, share one table
         table = interface.blade if len(rows.points) == 1 else np.zeros(n, dtype=np.int64)
         size = counts.max() ** 2 * (2 + p) * (3 + p)
@@ -78,12 +77,10 @@ class Bent(BentArrays):
                 moving=2 * q + q * (q + 1) // 2, step=2,
             ),
             begin=table * size,
-            place=place,
+            place=places(interface.blade, counts),
             n_places=int(counts.max()),
             shortening=np.pad(second.shortening.reshape(n, -1), (padding, (0, 0))),
-            displacement=np.pad(
-                folded(second.shortening[:, :2]).reshape(n, -1), (padding, (0, 0))
-            ),
+            displacement=np.pad(folded(second.shortening[:, :2]).reshape(n, -1), (padding, (0, 0))),
             force=force,
             n_bent=p,
             inertia=pairs_of_pairs(second.inertia),

@@ -52,6 +52,12 @@ class BentArrays(NamedTuple):
     highest: float  # largest height of the casing [m]
 
 
+def places(blade: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Place of every point on its blade; blade: of the points (n,); counts: of the blades (N,)."""
+    order, first = np.argsort(blade, kind="stable"), np.cumsum(counts) - counts
+    return (np.arange(len(blade)) - first[blade[order]])[np.argsort(order)]
+
+
 def folded(G: np.ndarray) -> np.ndarray:
     """Coefficients (..., M) of the products s_a s_c, a ≤ c, in −½ sᵀG s; G: (..., p, p)."""
     a, c = np.triu_indices(G.shape[-1])
