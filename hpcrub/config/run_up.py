@@ -85,22 +85,22 @@ def problems(c: Any) -> Iterator[str]:
             f"run_up.interval_hz: {c.run_up.interval_hz:g} divides {high - low:g} Hz into more "
             f"than {MOST_INTERVALS:,} intervals"
         )
-    yield from _length_problems(c)
-    lasts = max(float(run.time[-1]) for run in schedules(c))
+    runs = sorted(schedules(c), key=lambda run: run.time[-1])
+    yield from _length_problems(c, runs[0], runs[-1])
+    lasts = float(runs[-1].time[-1])
     yield from curve_problems(
         "casing.clearance_s_mm", over_time, ("times", "s", "mm"), CLEARANCES,
         (0.0, lasts * (1.0 - 1e-9)), f"a run of {lasts:.6g} s",
     )  # fmt: skip
 
 
-def _length_problems(c: Any) -> Iterator[str]:
+def _length_problems(c: Any, shortest: Any, longest: Any) -> Iterator[str]:
     """Error lines about the shortest and the longest run."""
-    runs = sorted(schedules(c), key=lambda run: run.time[-1])
     key = "run_up.hz_per_s" if c.run_up.speed_s_hz is None else "run_up.speed_s_hz"
-    if (most := runs[-1].turned[-1]) > MOST_TURNS:
+    if (most := longest.turned[-1]) > MOST_TURNS:
         yield f"{key}: a run of {most:.2g} revolutions; up to 1e8 can be"
-    if (least := runs[0].turned[-1]) < 1.0:
-        yield f"{key}: a run of {runs[0].time[-1]:.2g} s is {least:.2g} revolutions; one is needed"
+    if (least := shortest.turned[-1]) < 1.0:
+        yield f"{key}: a run of {shortest.time[-1]:.2g} s is {least:.2g} revolutions; one is needed"
 
 
 def _table_problems(c: Any, table: Any) -> Iterator[str]:

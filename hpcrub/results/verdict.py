@@ -7,6 +7,7 @@ from typing import NamedTuple
 REMARK, SINGLE, USELESS = range(3)
 SEVERITIES = "0 usable, 1 single values are not usable, 2 not usable, percentiles neither"
 MOST_ADVICE = 5  # most lines of advice below a verdict
+FAR_OFF = 0.2  # change of a peak or an amplification above which no percentile is worth much
 MOST_LOST = 0.05  # share of points or peaks, or change of a peak, above which a result is useless
 
 

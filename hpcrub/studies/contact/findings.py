@@ -14,7 +14,7 @@ from hpcrub.contact.status import AVERAGED, DIVERGED, GROWING, NOT_STEADY
 from hpcrub.results import samples
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
-from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding, Verdict
+from hpcrub.results.verdict import FAR_OFF, MOST_LOST, REMARK, SINGLE, USELESS, Finding, Verdict
 from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact import file as contact_file
@@ -24,7 +24,6 @@ NO_CONTACT = (
     "no contact: the casing reaches the blades at no speed, so that no disk moves and no limit is "
     "exceeded (casing.clearance_mm beside bump_height_mm, harmonics and profile)"
 )
-FAR_OFF = 0.2  # change of a peak in a check, above which no percentile is worth much
 HALF_STEP = (  # heading, what it does, and the keys
     "half the step moves peaks",
     "half the time step, which may also lead to another motion at the same speed, moves",

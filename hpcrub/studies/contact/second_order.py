@@ -13,7 +13,7 @@ from hpcrub.config.text import counted, percent
 from hpcrub.model.reduction import Modes
 from hpcrub.response.scene import Scene
 from hpcrub.results.storage import ResultFile
-from hpcrub.results.verdict import MOST_LOST, REMARK, SINGLE, USELESS, Finding
+from hpcrub.results.verdict import FAR_OFF, MOST_LOST, REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.setup.disks import deviation, rubbing_modes
 from hpcrub.setup.problem import Problem, allows_second_order, build_problem, left_out
@@ -22,7 +22,6 @@ from hpcrub.studies.contact.amplification import Integrated, tuned_run
 
 FURTHER = 2.0  # times as far as the tuned disk mistuned ones may move
 MOST = 2  # mistuned disks that are computed to second order
-FAR_OFF = 0.2  # change of an amplification above which no percentile is worth much
 KEY = "contact.kinematics: second_order"
 PEAK, SPEED = "tuned/second_order_peak_m", "tuned/second_order_speed_hz"
 

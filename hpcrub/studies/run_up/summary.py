@@ -252,18 +252,13 @@ def chance_line(file: ResultFile) -> str:
         if part.size
     )
     step = _step_effect(file)
-    parts = [f"peaks lie within intervals of {width:.3g} Hz"]
-    if np.isfinite(step):
-        parts = [
-            f"half the time step changes the tuned disk's peak by {100.0 * step:.2g} %",
-            *parts,
-        ]
+    parts = []
     if n > 1:
-        parts = [
-            f"from the least to the largest of {n} repetitions a peak differs by: {both}",
-            *parts,
-        ]
-    return "; ".join(parts)
+        parts.append(f"from the least to the largest of {n} repetitions a peak differs by: {both}")
+    if np.isfinite(step):
+        effect = f"{100.0 * step:.2g} %"
+        parts.append(f"half the time step changes the tuned disk's peak by {effect}")
+    return "; ".join([*parts, f"peaks lie within intervals of {width:.3g} Hz"])
 
 
 def _step_effect(file: ResultFile) -> float:
