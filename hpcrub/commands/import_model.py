@@ -206,7 +206,8 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
     """
     for line in _found(model, options):
         say(line)
-    assembly.assemble(model)  # refuses what no study could take, such as blades that hang together
+    if model.kind == "sector":  # the frequencies assemble a model of another kind
+        assembly.assemble(model)  # refuses what no study could take: blades that hang together
     speed = 2 * np.pi * options.speed_hz
     by_diameter = functools.partial(cyclic.frequencies_by_diameter, model)
     table = checks.at_speed("--speed-hz", by_diameter, speed)
