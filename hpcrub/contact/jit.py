@@ -55,17 +55,18 @@ numba.config.CACHE_DIR = _cache_folder()  # type: ignore[attr-defined]
 
 
 class _Cache(FunctionCache):
-    """numba's cache of one function, with own files for laws and observers of other packages.
+    """numba's cache of one function, with own files for every signature.
 
-    The index of a cache names these classes, so that a program without them could not read it. The
-    name of the files depends on their modules and sources; the name of the folder does not.
+    Processes that compile different signatures at once would lose each other's entries in a common
+    index. An index also names the classes of laws and observers of other packages, so that a
+    program without them could not read it. The name of the files depends on the modules and sources
+    of these; the name of the folder does not.
     """
 
     def _take_files(self, sig: Any) -> None:
         """Select the cache files for a signature."""
-        base, foreign = self._impl.filename_base, sorted(_foreign_sources(sig))
-        if foreign:
-            base += "-" + hashlib.sha256("".join(foreign).encode()).hexdigest()[:16]
+        names = "".join([str(sig), *sorted(_foreign_sources(sig))])
+        base = f"{self._impl.filename_base}-{hashlib.sha256(names.encode()).hexdigest()[:16]}"
         stamp = self._impl.locator.get_source_stamp()
         self._cache_file = IndexDataCacheFile(self._cache_path, base, stamp)
 

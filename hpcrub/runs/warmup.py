@@ -11,9 +11,9 @@ from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import Problem
 
 SPEED = 100.0  # [Hz] of the two revolutions that are integrated for nothing
-LOADING = "loading the kernel; a new one is compiled first, in half a minute"
+LOADING = "loading {}; a new one is compiled first, in half a minute"
 COMPILING = (
-    "compiling the kernel on every rank, half a minute in every run: compiled code cannot be kept; "
+    "compiling {} on every rank, half a minute in every run: compiled code cannot be kept; "
     "set NUMBA_CACHE_DIR or XDG_CACHE_HOME to a folder that can be written"
 )
 
@@ -38,7 +38,9 @@ def warm_up(team: Team, config: Config, problem: Problem, histories: bool) -> No
 
     kept = numba.config.CACHE_DIR  # type: ignore[attr-defined]
     if team.rank == 0:
-        print_item(LOADING if kept else COMPILING)
+        is_small = scene.interface.second_order is None
+        kernel = "the kernel" if is_small else "the kernel of second order"
+        print_item((LOADING if kept else COMPILING).format(kernel))
     if kept:
         team.on_root(load)
     load()

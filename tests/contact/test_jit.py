@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 from hpcrub.contact import jit
 from tests.program import ROOT
@@ -76,6 +77,22 @@ def test_code_compiled_for_a_law_from_elsewhere_does_not_bar_who_lacks_that_law(
     mine.unlink()
     kept = started(tmp_path, "other")
     assert sum(file.suffix == ".nbi" for file in kept) == 2
+
+
+def test_programs_that_compile_at_the_same_time_keep_the_code_of_each(tmp_path, monkeypatch):
+    """Each has read the list of what is kept before the other one writes."""
+
+    def half(x):
+        return x / 2
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    with monkeypatch.context() as read_before:
+        read_before.setattr(IndexDataCacheFile, "_load_index", lambda self: {})
+        for x in (3, 3.0):
+            assert jit.compiled(half)(x) == 1.5
+    later = jit.compiled(half)
+    assert later(3) == later(3.0) == 1.5
+    assert later.stats.cache_hits.total() == 2
 
 
 @jit.compiled(inner=True)
