@@ -83,6 +83,15 @@ def _finding(file: ResultFile, largest: float) -> Finding:
     if not np.isfinite(after[0]):
         advice = f"{begin}the tuned disk has no result at any speed: {KEY} says why"
         return Finding(USELESS, "outside small displacements", advice)
+    third = findings.third_order(file.config, after[0])
+    if third > findings.THIRD:
+        most = after[0] * np.sqrt(findings.THIRD / third)
+        advice = (
+            f"{begin}the tuned disk moves by up to {1e3 * after[0]:.3g} mm, and without it by "
+            f"{1e3 * before:.3g} mm; the second order can tell motions of up to {1e3 * most:.2g} "
+            "mm: sign no millimetres or MPa, and take ratios only with care"
+        )
+        return Finding(SINGLE, "tips move further than second order can tell", advice)
     change = after[0] / before - 1.0
     speeds = float(file.read("tuned/peak_speed_hz")), float(file.read(SPEED)[0])
     was, now = (
@@ -97,9 +106,6 @@ def _finding(file: ResultFile, largest: float) -> Finding:
         by = " to ".join(dict.fromkeys(_signed(end) for end in (ratios.min(), ratios.max())))
         advice += f", and A_nl of {counted(len(ratios), 'disk')} changes by {by} %"
     why = f"second order moves the tuned peak by {_signed(change)} %"
-    if findings.third_order(file.config, after[0]) > findings.THIRD:
-        advice += f"; {1e3 * after[0]:.2g} mm are more than the second order can tell, too: neither"
-        return Finding(SINGLE, why, f"{advice} is to be signed, and ratios only with care")
     if np.abs(ratios).max(initial=0.0) > FAR_OFF:
         return Finding(USELESS, why, f"{advice}: {KEY}")
     if abs(change) * max(largest / before, 1.0) ** 2 > MOST_LOST:

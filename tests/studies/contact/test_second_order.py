@@ -43,11 +43,15 @@ def test_they_are_the_disks_of_a_study_to_second_order(tmp_path):
         (0.031, 0.0206, REMARK),
         (0.033, 0.022, SINGLE),
         (0.03, 0.03, USELESS),
+        (0.055, 0.03, SINGLE),
         (np.inf, 1.0, USELESS),
     ],
 )
 def test_it_weighs_by_what_changes(tmp_path, tuned, sample, severity):
-    """Alike for all disks, millimetres are wrong; not alike, amplifications are, too."""
+    """Alike for all disks, millimetres are wrong; not alike, amplifications are, too.
+
+    A change by a motion that the second order cannot tell (of more than 41 mm) is not quoted.
+    """
     config = Config.from_yaml(CHECKED).replace({"output": str(tmp_path / "x.h5")})
     lay_out(config.output, config)
     with studies.open_result(config.output, mode="r+") as file:
@@ -57,6 +61,7 @@ def test_it_weighs_by_what_changes(tmp_path, tuned, sample, severity):
         file.write(values, ())
         (finding,) = second_order.of_displacements(file, np.array([0.03]))
     assert finding.severity == severity
+    assert ("%" in finding.advice) == (tuned < 0.041)
 
 
 def test_they_are_computed_where_they_matter_and_can_be():
