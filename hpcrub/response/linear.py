@@ -26,7 +26,7 @@ from hpcrub.model.reduction import Modes, powers
 
 _MESH_STEP = 0.25  # step of the search mesh, in distances to the nearest pole
 _WORTH_REFINING = 0.9  # mesh maxima below this share of the largest cannot overtake it
-_MAX_ITERATIONS = 60
+_PARABOLAS, _CLOSER = 4, 4.0  # through mesh points, then through points so much closer
 _SETTLED, _MAX_PASSES = 1e-4, 5  # relative change of the peak's speed that needs no other shapes
 
 
@@ -161,44 +161,6 @@ class _Oscillators:
         scale = 2.0 * np.hstack([sizes, sizes])
         return np.hstack([stiffness[:, self.real], scale * (1j * w[:, None] - both)])
 
-    def slopes(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """First and second derivative of `stiffness` with respect to w."""
-        modes, waves = self.modes, self.modes.waves
-        speed, w = w / self.engine_order, w[:, None]
-        omega = modes.omega_at(speed)
-        square1, square2 = self._rise(speed, modes.stiffening)
-        omega1, omega2 = _roots(omega, square1, square2)
-        d1 = 2 * (1j * self.xi * omega - w) + square1 + 2j * self.xi * w * omega1
-        d2 = square2 - 2 + 2j * self.xi * (2 * omega1 + w * omega2)
-        if waves is None:
-            return d1, d2
-        rise1, rise2 = self._rise(speed, waves.slopes)
-        growth = waves.growth(powers(speed, modes.speed))
-        growth1, growth2 = _roots(growth, rise1, rise2)
-        size, poles = waves.eigenvalue.imag, np.array([waves.eigenvalue, waves.eigenvalue.conj()])
-        first, second = (
-            [2.0 * size * (1j * by_w - pole * by_square) for pole in poles]
-            for by_w, by_square in (
-                (growth + w * growth1, rise1), (2.0 * growth1 + w * growth2, rise2)
-            )
-        )  # fmt: skip
-        return np.hstack([d1[:, self.real], *first]), np.hstack([d2[:, self.real], *second])
-
-    def _rise(self, speed: Any, slopes: Any) -> Any:
-        """First and second derivative (n, K) by w of squares with slopes over W² and W⁴."""
-        if not len(slopes):
-            return 0.0, 0.0
-        n, speed = self.engine_order, speed[:, None]
-        by_square, by_fourth = slopes
-        first = (2 * speed * by_square + 4 * speed**3 * by_fourth) / n
-        return first, (2 * by_square + 12 * speed**2 * by_fourth) / n**2
-
-
-def _roots(root: Any, square1: Any, square2: Any) -> tuple[Any, Any]:
-    """First and second derivative of a root from those of its square."""
-    first = square1 / (2 * root)
-    return first, (square2 / 2 - first**2) / root
-
 
 def _resonances(modes: Modes, engine_order: int) -> Any:
     """Frequencies w = omega(w / n_d) at which the load meets every mode (K,); NaN where never.
@@ -257,24 +219,19 @@ def _mesh_maxima(u: Any) -> Any:
 def _refine(residues: Any, oscillators: Any, w: Any, low: Any, high: Any) -> tuple[Any, Any]:
     """Maximise |u|, u = sum_k residues_k / d_k(w), from w inside [low, high], several at once.
 
-    Newton's method on the slope of |u|^2, halving the bracket where it fails. Returns w and |u|.
+    Parabolas through three values of 1/|u|^2, which has the shape of one about a pole, closer and
+    closer. Returns w and |u|.
     """
-    smallest = np.min(1e-5 * oscillators.xi * oscillators.modes.omega)
-    for _ in range(_MAX_ITERATIONS):
-        inverse = 1 / oscillators.stiffness(w)
-        d1, d2 = oscillators.slopes(w)
-        term = residues * inverse  # of u, then of its two derivatives by w
-        term1 = -term * d1 * inverse
-        term2 = -(d2 * term + 2 * term1 * d1) * inverse
-        u, u1, u2 = (terms.sum(axis=1) for terms in (term, term1, term2))
-        slope = (u1 * u.conj()).real
-        bend = (u2 * u.conj()).real + np.abs(u1) ** 2
-        low, high = np.where(slope > 0, w, low), np.where(slope > 0, high, w)
+
+    def size(w: Any) -> Any:
+        return np.abs((residues / oscillators.stiffness(w)).sum(axis=1))
+
+    apart = (high - low) / 2.0
+    for _ in range(_PARABOLAS):
+        before, here, after = (size(w + k * apart) ** -2.0 for k in (-1.0, 0.0, 1.0))
+        bend = before - 2.0 * here + after
         with np.errstate(divide="ignore", invalid="ignore"):
-            newton = w - slope / bend
-        usable = (bend < 0) & (newton >= low) & (newton <= high)
-        step = np.where(usable, newton, (low + high) / 2) - w
-        if np.all(np.abs(step) <= smallest):
-            break
-        w = w + step
-    return w, np.abs(u)
+            to_vertex = np.where(bend > 0.0, (before - after) / (2.0 * bend), 0.0)
+        w = np.clip(w + apart * np.clip(to_vertex, -1.0, 1.0), low, high)
+        apart = apart / _CLOSER
+    return w, size(w)

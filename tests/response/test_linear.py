@@ -170,6 +170,20 @@ def test_response_at_every_speed_is_that_of_its_own_stiffness(engine_order, four
     assert abs(fixed / amplitude - 1) > 1e-3
 
 
+def test_a_mode_that_lost_its_stiffness_below_the_peak_hides_no_peak():
+    """The last mode's ω² is zero from 45 Hz on, where matrices of lower speeds are extrapolated."""
+    modes, (*_, normal, tangential, _) = stiffened(4, 2 * np.pi * 30.0)
+    falls = modes.stiffening.copy()
+    falls[:, -1] = -((modes.omega[-1] / (2 * np.pi)) ** 2) / (45.0**2 - 30.0**2), 0.0
+    modes = modes._replace(stiffening=falls)
+    points = planar_interface(2 * np.pi * np.arange(3) / 3, 0.5, normal, tangential)
+    amplitude, peak_hz = linear_peak(modes, 0.01, LOAD, 2, points, 3)
+    assert modes.omega_at(2 * np.pi * peak_hz)[-1] == 0.0
+    speeds = np.linspace(51.0, 90.0, 40_001)
+    found = np.abs(engine_order_response(modes, 0.01, LOAD, 2, points, speeds)).max()
+    assert amplitude == pytest.approx(found, rel=1e-5)
+
+
 def test_a_load_that_never_meets_the_disk_sees_its_frequencies_of_the_middle():
     """ω² grows by 2 W², W² faster than the load of engine order 1."""
     modes, (*_, normal, tangential, _) = stiffened(4, 2 * np.pi * 30.0)
