@@ -1,9 +1,10 @@
-"""Similarity: a disk four times as large, of the same material, does the same four times slower.
+"""Similarity: every number of a result scales as its unit does when all keys do.
 
-Stresses stay what they are, lengths and times become four times as large, forces sixteen times. All
-factors are powers of two, and so are those of masses and mode shapes: every number of a result is
-the same to the last bits, as its unit says, unless a quantity enters with a wrong power somewhere
-between input and file, or the code has a length, time or force of its own.
+Lengths become twice, times four times and masses sixteen times as large, and so stresses half as
+large. All factors are powers of two, also that of the square root of a mass in the mode shapes, so
+that rounding stays what it is: the numbers are the same to the last bits, unless a quantity enters
+with a wrong power somewhere between input and file, or the code has a length, time, mass or stress
+of its own.
 """
 
 import h5py
@@ -15,12 +16,36 @@ from hpcrub.response.scene import RECORD_INTERVAL
 from hpcrub.setup import problem
 from tests.program import TINY, run_here
 
-LARGER = 4.0
-# powers of the factor, of keys by the ends of their names and of datasets by their units
-KEYS = {"hz_mm": (-1, 1), "per_s": -2, "mm2": 2, "mm": 1, "hz": -1, "s": 1, "per_m": 1, "n": 2}
-UNITS = {"m": 1, "s": 1, "Hz": -1, "1/s": -1, "Hz/s": -2, "N": 2, "J": 3, "m3": 3}
+FACTORS = np.array([2.0, 4.0, 16.0])  # of lengths, times and masses
+# powers of length, time and mass: of keys by the ends of their names, of datasets by their units
+KEYS = {
+    "hz_mm": ((0, -1, 0), (1, 0, 0)),
+    "per_s": (0, -2, 0),
+    "mm2": (2, 0, 0),
+    "mm": (1, 0, 0),
+    "hz": (0, -1, 0),
+    "s": (0, 1, 0),
+    "n": (1, -2, 1),
+    "kg_m3": (-3, 0, 1),
+    "gpa": (-1, -2, 1),
+    "mpa": (-1, -2, 1),
+    "n_per_m2": (-1, -2, 1),
+}
+UNITS = {
+    "m": (1, 0, 0),
+    "s": (0, 1, 0),
+    "Hz": (0, -1, 0),
+    "1/s": (0, -1, 0),
+    "Hz/s": (0, -2, 0),
+    "N": (1, -2, 1),
+    "J": (2, -2, 1),
+    "Pa": (-1, -2, 1),
+    "m3": (3, 0, 0),
+    "1": (0, 0, 0),
+    "percent": (0, 0, 0),
+    "degree": (0, 0, 0),
+}
 PARTS = "casing.ring", "contact.coating", "run_up", "limits"  # refused where they have no effect
-SAME = "1", "Pa", "percent", "degree"
 CASES = {
     "rigid": {"mistuning.checked_samples": 1, "limits.stress_mpa": 300, "limits.amplitude_mm": 30},
     "coated": {
@@ -40,13 +65,17 @@ CASES = {
 }
 
 
-def larger(path, value):
-    """Value of a key for the larger disk."""
+def factor(powers):
+    """Factors (...) of quantities with powers (..., 3) of length, time and mass."""
+    return np.prod(FACTORS ** np.array(powers, dtype=float), axis=-1)
+
+
+def scaled(path, value):
+    """Value of a key for the other disk."""
     ends = [end for end in KEYS if path.endswith(f"_{end}")]
     if not ends or value is None:
         return value
-    powers = KEYS[ends[0]]
-    return (np.array(value) * LARGER ** np.array(powers, dtype=float)).tolist()
+    return (np.array(value) * factor(KEYS[ends[0]])).tolist()
 
 
 def results(path):
@@ -63,22 +92,20 @@ def results(path):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_larger_disk_does_the_same_more_slowly(case, tmp_path, monkeypatch):
+def test_results_scale_by_their_units(case, tmp_path, monkeypatch):
     small = Config.from_yaml(TINY).replace({"speeds.from_hz": 34, "speeds.to_hz": 35})
     small = small.replace({"speeds.step_hz": 0.5} | CASES[case])
     unused = tuple(part for part in PARTS if not any(key.startswith(part) for key in CASES[case]))
-    keys = {key: larger(key, value) for key, value in small.by_path().items()}
-    large = small.replace({key: v for key, v in keys.items() if not key.startswith(unused)})
+    keys = {key: scaled(key, value) for key, value in small.by_path().items()}
+    other = small.replace({key: v for key, v in keys.items() if not key.startswith(unused)})
     files = []
-    for config, factor in ((small, 1.0), (large, LARGER)):
-        monkeypatch.setattr(problem, "RECORD_INTERVAL", factor * RECORD_INTERVAL)
-        path = tmp_path / f"{factor:g}.yaml"
+    for config, times in ((small, 1.0), (other, FACTORS[1])):
+        monkeypatch.setattr(problem, "RECORD_INTERVAL", times * RECORD_INTERVAL)
+        path = tmp_path / f"{times:g}.yaml"
         path.write_text(config.replace({"output": f"{path}.h5"}).to_yaml())
         assert run_here(path) == 0
         files.append(results(f"{path}.h5"))
     assert files[0].keys() == files[1].keys() != set()
     for name, (values, unit) in files[0].items():
-        power = 0 if unit in SAME else UNITS[unit]
-        np.testing.assert_allclose(
-            files[1][name][0], values * LARGER**power, rtol=1e-12, err_msg=name
-        )
+        expected = values * factor(UNITS[unit])
+        np.testing.assert_allclose(files[1][name][0], expected, rtol=1e-12, err_msg=name)
