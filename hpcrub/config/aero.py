@@ -1,5 +1,6 @@
 """Section `aero` of the input: damping and frequency of the waves of a family of blade modes."""
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
@@ -69,21 +70,16 @@ def problems(aero: Aero, n_blades: int) -> Iterator[str]:
     ahead = [influence.blades % n_blades for influence in aero.influence]
     for blades in sorted({b for b in ahead if ahead.count(b) > 1}):
         yield f"aero.influence: {blades} blades ahead is given twice, counted around {n_blades}"
-    ways = {
-        h: ("neither",) if 2 * h % n_blades == 0 else ("forward", "backward")
-        for h in range(n_blades // 2 + 1)
-    }
-    known = [(wave.diameters, wave.travels) for wave in aero.waves]
-    for h, travels in known:
-        if h not in ways:
-            yield f"aero.waves: {h} nodal diameters; {n_blades} blades have {n_blades // 2} at most"
-        elif travels not in ways[h]:
-            yield f"aero.waves: {h} nodal diameters travel: {' or '.join(ways[h])}, not {travels}"
-        elif known.count((h, travels)) > 1:
-            yield f"aero.waves: {h} nodal diameters, travels: {travels}, is given twice"
-    missing = [(h, way) for h in ways for way in ways[h] if (h, way) not in known]
-    if known and missing:
-        yield (
-            f"aero.waves: {len(known)} waves given, {n_blades} blades have {n_blades}; "
-            "{} nodal diameters, travels: {}, is missing".format(*missing[0])
-        )
+    if not aero.waves:
+        return
+    known = Counter((wave.diameters, wave.travels) for wave in aero.waves)
+    both = range(1, (n_blades + 1) // 2)
+    asked = {(h, "neither") for h in (0, n_blades / 2) if h % 1 == 0}
+    asked |= {(h, way) for h in both for way in ("forward", "backward")}
+    for waves, what in (
+        (known.keys() - asked, f"is no wave of {n_blades} blades"),
+        ({wave for wave, n in known.items() if n > 1}, "is given twice"),
+        (asked - known.keys(), f"is missing; {n_blades} blades have {n_blades} waves"),
+    ):
+        for h, way in sorted(waves):
+            yield f"aero.waves: {h:g} nodal diameters, travels: {way}, {what}"

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
 from hpcrub.config.text import counted
-from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
+from hpcrub.config.types import Curve, FileName, Increasing, Number, Section, Whole, si
 from hpcrub.errors import InputError
 from hpcrub.model.casing import BUMP_WIDTH, CasingShape, Outline, Profile, outline
 
@@ -19,7 +19,7 @@ MOST_WAVES = 200
 Degree = Annotated[Number, Field(ge=0, lt=360)]
 Millimetres = Annotated[Number, Field(ge=-1e4, le=1e4)]
 Wave = Annotated[Whole, Field(ge=0, le=MOST_WAVES)]
-Degrees = Annotated[tuple[Degree, ...], Field(min_length=4, max_length=MOST_POINTS)]
+Degrees = Annotated[tuple[Degree, ...], Field(min_length=4, max_length=MOST_POINTS), *Increasing]
 Changes = Annotated[tuple[Millimetres, ...], Field(min_length=4, max_length=MOST_POINTS)]
 Clearances = Annotated[tuple[Millimetres, ...], Field(min_length=1, max_length=200)]
 Waves = Annotated[tuple[Wave, ...], Field(min_length=1, max_length=50)]
@@ -88,11 +88,11 @@ class Ring(Section):
 class CasingMode(Section):
     """A pair of modes of the casing, cos nθ and sin nθ, of one frequency."""
 
-    waves: Wave = 2
+    waves: Wave
     """waves around the circumference, n; must be given [-]"""
-    frequency_hz: Number = Field(100.0, gt=0, le=1e6)
+    frequency_hz: Number = Field(gt=0, le=1e6)
     """natural frequency at rest; must be given [Hz]"""
-    modal_mass_kg: Number = Field(100.0, gt=0, le=1e9)
+    modal_mass_kg: Number = Field(gt=0, le=1e9)
     """modal mass of a mode whose largest radial displacement at the contact circle is 1; must be
     given [kg]"""
     tangential_ratio: Number = Field(0.0, ge=-1e3, le=1e3)

@@ -8,19 +8,32 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config import aero, resolution, run_up
-from hpcrub.config.run_up import CLEARANCES
-from hpcrub.config.text import counted, curve_problems, flatten, lines_of, show
+from hpcrub.config.text import counted, flatten, lines_of, show
 
 MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # most time steps of a revolution
 LARGEST_DAMPING = 0.1  # ratio that blades may have, air and dampers included
 ALIKE = 1.1  # frequency ratio below which casing modes of equal wave numbers are one pair
-OF_CASING_MODE = "waves", "frequency_hz", "modal_mass_kg"  # what each casing mode must tell
 FIGURES_AND_LOGS = ".png", ".pdf", ".svg", ".gif", ".log", ".jsonl"  # beside a result file
+# Keys that must not be above others, and keys that must be below others.
+NOT_ABOVE = {
+    "speeds.from_hz": "speeds.to_hz",
+    "steady_state.first_check_s": "steady_state.max_time_s",
+}
+BELOW = {"threshold.lowest": "threshold.highest"}
+BELOW_IN_A_PLANAR_DISK = {
+    "disk.hub_radius_mm": "disk.tip_radius_mm",
+    "disk.inner_radius_mm": "disk.hub_radius_mm",
+}
 # What keys go with: a key, one of several, a key with one of some values, or "no" key; and those
 # keys, or keys of whole sections, which are meant where they are not the default, or one value.
 GOES_WITH = {
     "disk.model": ("disk.model_sha256", "disk.n_blades: 1", "mistuning.by"),
+    "disk.model_sha256": (
+        *("disk.n_contact_nodes", "disk.n_directions", "disk.n_strips", "disk.n_stresses"),
+        *("disk.static_mpa", "disk.first_family_hz", "disk.least_clearance_mm"),
+        "disk.second_order_per_m",
+    ),
     "material.damping_ratios": ("material.damping_of",),
     "material.damping_of: bands": ("material.damping_bands_hz",),
     "casing.profile_mm": ("casing.profile_deg",),
@@ -77,15 +90,18 @@ USELESS_WITHOUT = {
 
 def problems(config: Any) -> Iterator[str]:
     """Yield error lines about keys that do not fit together."""
+    if lines := [*_order_problems(config)]:  # without speeds nothing else can be said
+        yield from lines
+        return
     yield from (f"{key}: {show(value)} {why}" for key, value, why in _misfits(config, GOES_WITH))
     yield from _disk_problems(config)
-    yield from _damping_problems(config.material)
-    of_casing = [*_casing_problems(config), *_clearance_problems(config)]
+    of_casing = [*_casing_problems(config)]
     yield from of_casing or _steep_problems(config)
     yield from _ring_problems(config.casing)
     if config.disk.is_resolved:
         yield from aero.problems(config.aero, config.disk.n_blades)
-    yield from (*_contact_problems(config), *_run_problems(config), *_pattern_problems(config))
+    yield from (*_contact_problems(config), *_limit_problems(config), *_run_problems(config))
+    yield from _pattern_problems(config)
     yield from run_up.problems(config)
 
 
@@ -160,82 +176,59 @@ def _missing(config: Any, other: Any) -> str:
     return "" if given else f"goes with {names}, which is not given"
 
 
-def _disk_problems(c: Any) -> Iterator[Any]:
-    d = c.disk
-    for name in () if d.model_sha256 else d.FACTS:
-        if (value := getattr(d, name)) != type(d).model_fields[name].default:
-            yield f"disk.{name}: {show(value)} is read from disk.model; leave it out"
-    if d.model is not None:
-        return
-    tip, hub, inner = d.tip_radius_mm, d.hub_radius_mm, d.inner_radius_mm
-    most = d.n_dof - 2 * d.n_blades
+def _order_problems(c: Any) -> Iterator[str]:
+    """Error lines about keys that are not below others, and about too many speeds."""
+    below = BELOW | (BELOW_IN_A_PLANAR_DISK if c.disk.model is None else {})
+    for table, words in ((NOT_ABOVE, "above"), (below, "not below")):
+        for key, other in table.items():
+            low, high = attrgetter(key, other)(c)
+            if low > high or (low == high and table is below):
+                yield f"{key}: {low} is {words} {other}, {high}"
+    if c.speeds.n_values > MAX_SPEEDS:
+        yield (
+            f"speeds.step_hz: {c.speeds.step_hz} gives {c.speeds.n_values:,} speeds; at most "
+            f"{MAX_SPEEDS:,} are allowed"
+        )
+
+
+def _disk_problems(c: Any) -> Iterator[str]:
+    m, most = c.material, c.disk.n_dof - 2 * c.disk.n_blades
+    bands, ratios = m.damping_bands_hz or (), m.damping_ratios or ()
     yield from lines_of(
-        (hub >= tip, f"disk.hub_radius_mm: {hub} is not below disk.tip_radius_mm, {tip}"),
-        (inner >= hub, f"disk.inner_radius_mm: {inner} is not below disk.hub_radius_mm, {hub}"),
-        (c.reduction.n_modes > most,
+        (c.disk.model is None and c.reduction.n_modes > most,
          f"reduction.n_modes: {c.reduction.n_modes} is more than the {most} fixed-interface modes "
          "that this disk has"),
+        (ratios and m.damping_of == "bands" and len(bands) != len(ratios) - 1,
+         f"material.damping_bands_hz: {len(bands)} ends of bands given for {len(ratios)} damping "
+         "ratios; the last band has none"),
     )  # fmt: skip
-
-
-def _damping_problems(m: Any) -> Iterator[str]:
-    bands = m.damping_bands_hz or ()
-    if m.damping_ratios is None or m.damping_of != "bands":
-        return
-    if len(bands) != len(m.damping_ratios) - 1:
-        yield (
-            f"material.damping_bands_hz: {len(bands)} ends of bands given for "
-            f"{len(m.damping_ratios)} damping ratios; the last band has none"
-        )
-    elif any(low >= high for low, high in pairwise(bands)):
-        yield f"material.damping_bands_hz: {show(bands)} are not increasing"
 
 
 def _casing_problems(c: Any) -> Iterator[str]:
-    angles, changes = c.casing.profile_deg, c.casing.profile_mm
-    if angles is None or changes is None:
-        return
-    if len(angles) != len(changes):
+    casing, low, high = c.casing, c.speeds.from_hz, c.speeds.to_hz
+    angles, changes = casing.profile_deg, casing.profile_mm
+    if angles and changes and len(angles) != len(changes):
         yield f"casing.profile_mm: {len(changes)} values for {len(angles)} angles"
-    if any(a >= b for a, b in pairwise(angles)):
-        yield "casing.profile_deg: the angles are not increasing"
-
-
-def _clearance_problems(c: Any) -> Iterator[str]:
-    table, blades = c.casing.clearance_hz_mm, c.casing.blade_clearance_mm
-    low, high = c.speeds.from_hz, c.speeds.to_hz
-    yield from curve_problems(
-        "casing.clearance_hz_mm", table if isinstance(table, tuple) else (),
-        ("speeds", "Hz", "mm"), CLEARANCES, (low, high), f"all speeds from {low:g} to {high:g} Hz",
-    )  # fmt: skip
-    is_known = c.casing.is_resolved and _can_be_listed(c.speeds)
-    if is_known and c.clearance < 0.0:
-        yield (
-            f"casing.clearance_offset_mm: {c.casing.clearance_offset_mm:g} leaves less than no "
-            f"clearance, {1e3 * c.clearance:g} mm"
-        )
-    if blades is None:
-        return
-    if c.disk.is_resolved and len(blades) != c.disk.n_blades:
+    if isinstance(casing.clearance_hz_mm, tuple):
+        yield from run_up.short_curve(
+            "casing.clearance_hz_mm", casing.clearance_hz_mm, low, high,
+            f"Hz say nothing of all speeds from {low:g} to {high:g} Hz",
+        )  # fmt: skip
+    blades, is_known = casing.blade_clearance_mm, casing.is_resolved
+    if blades and c.disk.is_resolved and len(blades) != c.disk.n_blades:
         yield (
             f"casing.blade_clearance_mm: {len(blades)} values given for the "
             f"{counted(c.disk.n_blades, 'blade')} of the disk"
         )
-    if is_known and min(blades) + (least := 1e3 * c.clearance) < 0.0:
+    if is_known and (least := 1e3 * c.clearance) + min(0.0, *(blades or (0.0,))) < 0.0:
         yield (
-            f"casing.blade_clearance_mm: {min(blades)} with {least:g} mm of the casing leaves "
-            "less than no clearance"
+            f"casing: a clearance of {least:g} mm, casing.clearance_offset_mm included, and "
+            f"{min(blades or (0.0,)):g} mm of casing.blade_clearance_mm leave less than none"
         )
 
 
-def _can_be_listed(speeds: Any) -> Any:
-    """Whether there are speeds, and not too many; `_run_problems` says it of any others."""
-    return speeds.from_hz <= speeds.to_hz and speeds.n_values <= MAX_SPEEDS
-
-
 def _steep_problems(c: Any) -> Iterator[str]:
-    is_known = c.casing.is_resolved and _can_be_listed(c.speeds)
-    if is_known and (steps := resolution.least_steps(c)) > MOST_STEPS:
+    if c.casing.is_resolved and (steps := resolution.least_steps(c)) > MOST_STEPS:
         yield (
             f"casing: its narrowest crest needs {steps:,.0f} time steps a turn, more than "
             f"{MOST_STEPS:,}; widen its bumps (casing.bump_width), lengthen casing.smoothing_mm "
@@ -244,22 +237,13 @@ def _steep_problems(c: Any) -> Iterator[str]:
 
 
 def _ring_problems(casing: Any) -> Iterator[Any]:
-    ring, modes = casing.ring, casing.modes
-    is_ring, waves = ring.thickness_mm is not None, ring.waves
-    twice = sorted({n for n in waves if waves.count(n) > 1})
-    yield from lines_of(
-        (casing.vibrates and casing.growth_time_s == 0.0,
-         "casing.growth_time_s: 0 starts with bumps that overlap the tips, and a casing that "
-         "vibrates is thrown away by a force that grows as the step shrinks; give a time > 0"),
-        *((is_ring, f"casing.ring.waves: {n} is given twice") for n in twice),
-    )  # fmt: skip
-    for number, mode in enumerate(modes):
-        if missing := [key for key in OF_CASING_MODE if key not in mode.model_fields_set]:
-            yield (
-                f"casing.modes.{number}: {', '.join(missing)} not given; no usual value of a "
-                "casing is known"
-            )
-    for one, other in pairwise(sorted(modes, key=lambda mode: (mode.waves, mode.frequency_hz))):
+    if casing.vibrates and casing.growth_time_s == 0.0:
+        yield (
+            "casing.growth_time_s: 0 starts with bumps that overlap the tips, and a casing that "
+            "vibrates is thrown away by a force that grows as the step shrinks; give a time > 0"
+        )
+    modes = sorted(casing.modes, key=lambda mode: (mode.waves, mode.frequency_hz))
+    for one, other in pairwise(modes):
         alike = other.frequency_hz <= ALIKE * one.frequency_hz
         if one.waves == other.waves and alike:
             yield (
@@ -311,32 +295,19 @@ def _limit_problems(c: Any) -> Iterator[str]:
 
 
 def _run_problems(c: Any) -> Iterator[Any]:
-    s, steady, percentiles = c.speeds, c.steady_state, c.convergence.percentiles
+    types, waves = c.patterns.types_percent, c.casing.ring.waves
     yield from lines_of(
         (c.output.lower().endswith(FIGURES_AND_LOGS),
          f"output: {show(c.output)} ends as the figures and logs beside a result file do"),
-        (s.to_hz < s.from_hz,
-         f"speeds.to_hz: {s.to_hz} is below speeds.from_hz, {s.from_hz}: no speeds"),
-        (s.n_values > MAX_SPEEDS,
-         f"speeds.step_hz: {s.step_hz} gives {s.n_values:,} speeds; at most {MAX_SPEEDS:,} are "
-         "allowed"),
-        (steady.max_time_s < steady.first_check_s,
-         f"steady_state.max_time_s: {steady.max_time_s} is below steady_state.first_check_s, "
-         f"{steady.first_check_s}"),
-        (any(low >= high for low, high in pairwise(percentiles)),
-         f"convergence.percentiles: {show(percentiles)} are not increasing"),
-        (len(set(c.patterns.types_percent)) < len(c.patterns.types_percent),
-         f"patterns.types_percent: {show(c.patterns.types_percent)} are not different types"),
+        (len(set(types)) < len(types),
+         f"patterns.types_percent: {show(types)} are not different types"),
+        (len(set(waves)) < len(waves), f"casing.ring.waves: {show(waves)} are not different"),
         (c.study == "rare" and c.mistuning.half_range_percent[0] == 0.0,
          "mistuning.half_range_percent: of 0 makes all disks of a rare study alike"),
         (not c.samples.start < c.samples.stop <= c.mistuning.samples,
          f"part.samples: {show(c.part.samples)} is no range of the {c.mistuning.samples} of "
          "mistuning.samples"),
-        (c.threshold.lowest >= c.threshold.highest,
-         f"threshold.highest: {c.threshold.highest:g} is not above threshold.lowest, "
-         f"{c.threshold.lowest:g}"),
     )  # fmt: skip
-    yield from _limit_problems(c)
 
 
 def _pattern_problems(c: Any) -> Iterator[Any]:

@@ -70,11 +70,6 @@ class Disk(Section):
     of its motion, and change of the blade over the motion; of the model file, filled in when a run
     begins; null: the file does not tell [1/m]"""
 
-    FACTS: ClassVar = (  # keys that only a model file tells, once it has been read
-        *("n_contact_nodes", "n_directions", "n_strips"),
-        *("n_stresses", "static_mpa", "first_family_hz", "least_clearance_mm"),
-        "second_order_per_m",
-    )
     tip_radius: ClassVar = si("tip_radius_mm", "m", per=1000)
     hub_radius: ClassVar = si("hub_radius_mm", "m", per=1000)
     inner_radius: ClassVar = si("inner_radius_mm", "m", per=1000)

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.config.text import curve_problems, lines_of
+from hpcrub.config.text import lines_of
 from hpcrub.response.schedule import Schedule
 
 N_INTERVALS = 50  # intervals of speed, if the input does not say
 MOST_INTERVALS = 2000
-MOST_TURNS = 1e8  # revolutions of a run
-CLEARANCES = 0.0, 1e4  # least and largest of a table [mm]
 RATE = (1.0,)  # gain of speed, if the input does not say [Hz/s]
 OF_TRIALS = "threshold", "rare", "checklist"  # studies whose disks run up where an input says so
 
@@ -61,57 +59,48 @@ def intervals(c: Any) -> np.ndarray:
 
 def problems(c: Any) -> Iterator[str]:
     """Yield error lines about runs that cannot be."""
-    table, over_time = c.run_up.speed_s_hz, c.casing.clearance_s_mm
+    table, over_time = c.run_up.speed_s_hz or (), c.casing.clearance_s_mm or ()
     if isinstance(table, str) or isinstance(over_time, str):
         return  # their files are not read yet
-    if lines := [*_table_problems(c, table or ())]:
+    if lines := [*_table_problems(c, table)]:
         yield from lines
         return
     if not runs_up(c):
         return
     low, high = sorted(ends_of(c))
-    yield from lines_of(
-        (low < c.speeds.from_hz or high > c.speeds.to_hz,
-         f"run_up.to_hz: a run from {low:g} to {high:g} Hz is not within speeds.from_hz, "
-         f"{c.speeds.from_hz:g}, and speeds.to_hz, {c.speeds.to_hz:g}; leave these out"),
-        (low == high and table is None,
-         f"run_up.to_hz: {high:g} is run_up.from_hz, too: the rotor gains no speed"),
-    )  # fmt: skip
-    if low == high and table is None:
+    if low == high and not table:
+        yield f"run_up.to_hz: {high:g} is run_up.from_hz, too: the rotor gains no speed"
         return
-    n = (high - low) / (c.run_up.interval_hz or high)
-    if n > MOST_INTERVALS:
+    if low < c.speeds.from_hz or high > c.speeds.to_hz:
         yield (
-            f"run_up.interval_hz: {c.run_up.interval_hz:g} divides {high - low:g} Hz into more "
-            f"than {MOST_INTERVALS:,} intervals"
+            f"run_up.to_hz: a run from {low:g} to {high:g} Hz is not within speeds.from_hz, "
+            f"{c.speeds.from_hz:g}, and speeds.to_hz, {c.speeds.to_hz:g}; leave these out"
         )
-    runs = sorted(schedules(c), key=lambda run: run.time[-1])
-    yield from _length_problems(c, runs[0], runs[-1])
-    lasts = float(runs[-1].time[-1])
-    yield from curve_problems(
-        "casing.clearance_s_mm", over_time, ("times", "s", "mm"), CLEARANCES,
-        (0.0, lasts * (1.0 - 1e-9)), f"a run of {lasts:.6g} s",
-    )  # fmt: skip
-
-
-def _length_problems(c: Any, shortest: Any, longest: Any) -> Iterator[str]:
-    """Error lines about the shortest and the longest run."""
-    key = "run_up.hz_per_s" if c.run_up.speed_s_hz is None else "run_up.speed_s_hz"
-    if (most := longest.turned[-1]) > MOST_TURNS:
-        yield f"{key}: a run of {most:.2g} revolutions; up to 1e8 can be"
+    shortest, *_, longest = 2 * sorted(schedules(c), key=lambda run: run.time[-1])
     if (least := shortest.turned[-1]) < 1.0:
-        yield f"{key}: a run of {shortest.time[-1]:.2g} s is {least:.2g} revolutions; one is needed"
+        key = "run_up.speed_s_hz" if table else "run_up.hz_per_s"
+        yield (
+            f"{key}: a run of {shortest.time[-1]:.2g} s is {least:.2g} revolutions; one is needed"
+        )
+    lasts = float(longest.time[-1])
+    of = f"s say nothing of a run of {lasts:.6g} s"
+    yield from short_curve("casing.clearance_s_mm", over_time, 0.0, lasts * (1.0 - 1e-9), of)
+
+
+def short_curve(key: str, points: Any, low: float, high: float, of: str) -> Iterator[str]:
+    """Error line about a curve that does not reach from low to high; of: the end of the line."""
+    if points and (low < points[0][0] or high > points[-1][0]):
+        yield f"{key}: points from {points[0][0]:g} to {points[-1][0]:g} {of}"
 
 
 def _table_problems(c: Any, table: Any) -> Iterator[str]:
     """Error lines about a table of speeds over the time."""
-    if not table:
-        return
-    speeds = [speed for _, speed in table]
+    speeds, first = [speed for _, speed in table], table[0][0] if table else 0.0
     back = {np.sign(b - a) for a, b in pairwise(speeds)} >= {-1.0, 1.0}
-    yield from curve_problems("run_up.speed_s_hz", table, ("times", "s", "Hz"), (1e-6, 1e5))
     yield from lines_of(
-        (table[0][0] != 0.0, f"run_up.speed_s_hz: the first time is {table[0][0]:g} s, not 0"),
+        (min(speeds, default=1.0) <= 0.0,
+         f"run_up.speed_s_hz: {min(speeds, default=1.0):g} Hz; speeds above 0 are allowed"),
+        (first != 0.0, f"run_up.speed_s_hz: the first time is {first:g} s, not 0"),
         (back and not c.run_up.back,
          "run_up.speed_s_hz: the speed turns back; if that is meant, say run_up.back: true"),
     )  # fmt: skip

@@ -5,11 +5,9 @@ nor its unit.
 """
 
 import difflib
-import math
 import re
 from collections.abc import Iterator
 from functools import cache
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
@@ -59,36 +57,6 @@ def counted(n: int, what: str) -> str:
 def lines_of(*rules: tuple[Any, str]) -> Iterator[str]:
     """Lines whose condition holds; rules: pairs of a condition and a line."""
     return (line for holds, line in rules if holds)
-
-
-def curve_problems(
-    key: str,
-    points: Any,
-    words: tuple[str, str, str],
-    allowed: tuple[float, float],
-    reach: tuple[float, float] = (math.inf, -math.inf),
-    of: str = "",
-) -> Iterator[str]:
-    """Yield error lines about the points of a curve.
-
-    - words: what the first number of a point is, its unit, and the unit of the second one.
-    - allowed: least and largest second number.
-    - reach, of: least and largest first number that the curve must reach, and what they are of.
-    """
-    if not points:
-        return
-    places, values = zip(*points, strict=True)
-    what, unit, of_value = words
-    low, high = min(values), max(values)
-    yield from lines_of(
-        (any(a >= b for a, b in pairwise(places)),
-         f"{key}: the {what} of the points are not increasing"),
-        (reach[0] < places[0] or reach[1] > places[-1],
-         f"{key}: points from {places[0]:g} to {places[-1]:g} {unit} say nothing of {of}"),
-        (not allowed[0] <= low <= high <= allowed[1],
-         f"{key}: {low:g} to {high:g} {of_value}; {allowed[0]:g} to {allowed[1]:,g} {of_value} are "
-         "allowed"),
-    )  # fmt: skip
 
 
 def one_line(text: str) -> str:
@@ -174,7 +142,7 @@ def apply_override(data: dict[str, Any], override: str) -> str:
 def key_table(model: type[BaseModel]) -> list[Key]:
     """Table of all keys of a pydantic model and its sections."""
     return [
-        Key(path, show(node["default"]).strip("'"), _allowed(node), node["description"])
+        Key(path, show(node.get("default")).strip("'"), _allowed(node), node["description"])
         for path, node in _leaves(model).items()
     ]
 
@@ -199,6 +167,8 @@ def first_error(model: type[BaseModel], error: ValidationError) -> str:
             lines += str(detail["ctx"]["error"]).split("\n") if "ctx" in detail else ["not keys"]
         elif detail["type"] == "extra_forbidden":
             lines.append(_unknown_key(model, [*_names(detail["loc"][:-1]), detail["loc"][-1]]))
+        elif detail["type"] == "missing":
+            lines.append(f"{_path(detail['loc'])}: not given; no usual value is known")
         else:
             lines.append(_wrong_value(model, detail))
     more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
@@ -241,11 +211,15 @@ def _names(loc: Any) -> list[Any]:
     return [part for part in loc if isinstance(part, str) and part not in TAGS]
 
 
+def _path(loc: Any) -> str:
+    """Location of a value as in an input, such as casing.modes[0].waves."""
+    named = (part for part in loc if part not in TAGS)
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in named)[1:]
+
+
 def _wrong_value(model: Any, detail: Any) -> str:
     loc, value = detail["loc"], detail["input"]
-    names = _names(loc)
-    named = (part for part in loc if part not in TAGS)
-    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in named)[1:]
+    names, path = _names(loc), _path(loc)
     node = _leaves(model).get(".".join(names))
     if node is None:
         known = ", ".join(_children(model).get(".".join(names), ()))
@@ -278,7 +252,8 @@ def _allowed(node: Any) -> Any:
     if kind == "array":
         least, most = node.get("minItems", 0), node["maxItems"]
         length = most if least == most else f"{least} to {most}"
-        return f"a list of {length} values, each {_allowed(node['items'])}"
+        order = f"{node['format']} " if "format" in node else ""
+        return f"a list of {length} {order}values, each {_allowed(node['items'])}"
     names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
     other = "null" if kind == "null" else node.get("format", "a text")
     limits = [f" {word} {_plain(node[key])}" for key, word in LIMIT_WORDS.items() if key in node]

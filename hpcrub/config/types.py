@@ -1,5 +1,6 @@
 """Types of the values in an input, and the base class of its sections."""
 
+from itertools import pairwise
 from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any
@@ -37,10 +38,21 @@ def _whole(value: Any) -> Any:
 _to_int = BeforeValidator(_whole)
 Whole = Annotated[int, Strict(), _to_int]
 Switch = Annotated[bool, Strict()]
+
+
+def _increasing(values: Any) -> Any:
+    """Values, or the first numbers of points, that increase."""
+    first = [value[0] if isinstance(value, tuple) else value for value in values]
+    if any(a >= b for a, b in pairwise(first)):
+        raise ValueError("not increasing")
+    return values
+
+
+Increasing = (AfterValidator(_increasing), Field(json_schema_extra={"format": "increasing"}))
 Levels = Annotated[tuple[Level, ...], Field(min_length=1, max_length=1000)]
-Percentiles = Annotated[tuple[Percentile, ...], Field(min_length=1, max_length=20)]
+Percentiles = Annotated[tuple[Percentile, ...], Field(min_length=1, max_length=20), *Increasing]
 Deviations = Annotated[tuple[Deviation, ...], Field(min_length=2, max_length=200)]
-Bands = Annotated[tuple[Frequency, ...], Field(min_length=1, max_length=999)]
+Bands = Annotated[tuple[Frequency, ...], Field(min_length=1, max_length=999), *Increasing]
 Ratios = Annotated[tuple[Ratio, ...], Field(min_length=1, max_length=1000)]
 Checksum = Annotated[str, Strict(), Field(pattern="^[0-9a-f]{64}$")]
 
@@ -65,7 +77,7 @@ Blades = Annotated[tuple[Number, ...], Field(min_length=1, max_length=200), _Lis
 # the values of one disk, or a file of a table with the values of many disks
 Pattern = Annotated[Blades | Annotated[FileName, _Table], _ListOrTable]
 Point = Annotated[tuple[Number, ...], Field(min_length=2, max_length=2)]
-Points = Annotated[tuple[Point, ...], Field(min_length=2, max_length=1000), _List]
+Points = Annotated[tuple[Point, ...], Field(min_length=2, max_length=1000), *Increasing, _List]
 # points of a curve, or a file of a table with such points
 Curve = Annotated[Points | Annotated[FileName, _Table], _ListOrTable]
 

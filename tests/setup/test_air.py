@@ -40,12 +40,12 @@ def test_waves_of_a_table_are_in_the_order_of_their_way_around(tmp_path):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        (waves(diameters=7), "7 nodal diameters; 12 blades have 6 at most"),
-        (waves(travels="neither"), "1 nodal diameters travel: forward or backward"),
+        (waves(diameters=7), "7 nodal diameters, travels: forward, is no wave of 12 blades"),
+        (waves(travels="neither"), "1 nodal diameters, travels: neither, is no wave of 12 blades"),
         (waves(travels="backward"), "1 nodal diameters, travels: backward, is given twice"),
-        (waves(diameters=0), "0 nodal diameters travel: neither, not forward"),
-        ({"waves": waves()["waves"][:-1]}, "11 waves given, 12 blades have 12; 1 nodal diameters, "
-         "travels: backward, is missing"),
+        (waves(diameters=0), "0 nodal diameters, travels: forward, is no wave of 12 blades"),
+        ({"waves": waves()["waves"][:-1]}, "1 nodal diameters, travels: backward, is missing; 12 "
+         "blades have 12 waves"),
         ({"influence": [{"blades": 1}, {"blades": -11}]}, "1 blades ahead is given twice"),
         ({"influence": [{"blades": 1}]} | waves(), "cannot be combined with aero.influence"),
     ],
