@@ -98,27 +98,18 @@ def set_key(data: dict[str, Any], path: str, value: Any) -> None:
     """
     *before, last = steps(path) or [path]
     place: Any = data
-    for step in before:
-        if isinstance(step, str) and isinstance(place, dict):
-            place = place.setdefault(step, {})
-        else:
-            place = _element(place, step, path)
-        if not isinstance(place, (dict, list)):
-            raise InputError(f"{path}: {step} is not a section")
-    if isinstance(last, int) or not isinstance(place, dict):
-        _element(place, last, path)
-    place[last] = value
-
-
-def _element(place: Any, step: str | int, path: str) -> Any:
-    """Element of a list in the data of an input. Raises InputError."""
-    if isinstance(step, str):
-        raise InputError(f"{path}: {step} is a key of one element of a list; name it, as in [0]")
-    n_there = len(place) if isinstance(place, list) else 0
-    if step >= n_there:
-        there = counted(n_there, "element")
-        raise InputError(f"{path}: the input gives {there} there, counted from 0")
-    return place[step]
+    try:
+        for step in before:
+            is_section = isinstance(place, dict) and isinstance(step, str)
+            place = place.setdefault(step, {}) if is_section else place[step]
+        if isinstance(last, int) or not isinstance(place, dict):
+            place[last]  # there must be such an element
+        place[last] = value
+    except (KeyError, IndexError, TypeError):
+        raise InputError(
+            f"{path}: the input has no such section, or no such element of a list, counted from 0 "
+            "as in [0]"
+        ) from None
 
 
 def apply_override(data: dict[str, Any], override: str) -> str:

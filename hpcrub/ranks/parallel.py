@@ -194,11 +194,6 @@ class Team:
         self.barrier()
         return self.comm.bcast(value) if self.size > 1 else value
 
-    def gather(self, value: Any) -> Any:
-        """List of all ranks' values on rank 0, None elsewhere."""
-        self.barrier()
-        return self.comm.gather(value) if self.size > 1 else [value]
-
     def on_root(self, function: Callable[[], Any]) -> Any:
         """Call function() on rank 0 only, and return its result on every rank.
 
@@ -212,7 +207,8 @@ class Team:
         Raises, on every rank, the HpcrubError of the first rank whose call raised one.
         """
         result, error = _caught(function)
-        errors = self.gather(error)
+        self.barrier()
+        errors = self.comm.gather(error) if self.size > 1 else [error]
         first = next((e for e in errors if e), None) if self.rank == 0 else None
         return _result_or_raise(result, self.bcast(first))
 

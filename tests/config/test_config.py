@@ -132,7 +132,7 @@ def test_overrides_replace_keys(tmp_path):
         ("casing.n_bumps", "override 'casing.n_bumps' is not of the form key.path=value"),
         ("=3", "override '=3' is not of the form key.path=value"),
         ("casing..n_bumps=3", "is not of the form key.path=value"),
-        ("study.x=3", "override 'study.x=3': study.x: study is not a section"),
+        ("study.x=3", "override 'study.x=3': study.x: the input has no such section"),
         ("casing={n_bumps: 3}", "give one key at a time"),
         ("casing.n_bumps=[1", "override 'casing.n_bumps=[1': line 1, column 3: expected"),
         ("casing.n_bumps=", "casing.n_bumps: null is not a whole number from 1 up to 1,000"),
@@ -225,9 +225,9 @@ def test_a_casing_has_the_values_of_its_material_unless_they_are_given():
 @pytest.mark.parametrize(
     ("path", "told"),
     [
-        ("casing.harmonics[1].order", "the input gives 1 element there, counted from 0"),
-        ("casing.harmonics.order", "order is a key of one element of a list; name it, as in [0]"),
-        ("casing.n_bumps[0]", "n_bumps is not a section"),
+        ("casing.harmonics[1].order", "no such element of a list, counted from 0"),
+        ("casing.harmonics.order", "no such element of a list, counted from 0 as in [0]"),
+        ("casing.n_bumps[0]", "the input has no such section"),
         ("[]", "unknown key"),
     ],
 )

@@ -122,7 +122,7 @@ def program(team):
         team.barrier()
         if team.rank == 0:
             print(f"== {arguments}", file=sys.stderr, flush=True)
-        codes = team.gather(cli.main(arguments.split()))
+        codes = team.comm.gather(cli.main(arguments.split()))
         if team.rank == 0:
             print("codes", *codes, file=sys.stderr, flush=True)
     return 0

@@ -55,7 +55,7 @@ REFUSED = {
     "casing.clearance_s_mm=[[0, 0.3], [9, 0.2]]": "it cannot be combined with casing.clearance_s",
     "threshold.tolerance=1e-4": "threshold.tolerance: 0.0001 divides the range into more than 512",
     "threshold.probability=0.05": "60 disks cannot show .* threshold.probability 0.05.* 104",
-    "threshold.key=casing.clearance_hz_mm[0][1]": "the input gives 0 elements there",
+    "threshold.key=casing.clearance_hz_mm[0][1]": "no such element of a list",
     "threshold.key=speeds": "threshold.key: at the value 0.2: speeds",
 }
 
