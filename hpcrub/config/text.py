@@ -185,15 +185,10 @@ def _unknown_key(model: Any, path: Any) -> str:
     known = _children(model)[section]
     everywhere = {leaf.rsplit(".", 1)[-1]: leaf for leaf in _leaves(model)}
     prefix = section + "." if section else ""
-    near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.7)
     far = difflib.get_close_matches(wrong, everywhere, n=1, cutoff=0.7)
-    alike = difflib.SequenceMatcher(None, wrong, near[0]).ratio() if near else 0
-    if near and (alike > 0.7 or wrong not in everywhere):
-        hint = f"did you mean {prefix}{near[0]}?"
-    elif far:
-        hint = f"did you mean {everywhere[far[0]]}?"
-    else:
-        hint = f"known here: {', '.join(known)}"
+    meant = [prefix + key for key in near] or [everywhere[key] for key in far]
+    hint = f"did you mean {meant[0]}?" if meant else f"known here: {', '.join(known)}"
     return f"{prefix}{wrong}: unknown key; {hint}"
 
 

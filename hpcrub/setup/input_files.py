@@ -65,7 +65,10 @@ def _filled(config: Config, path: Any, given: Any, keys_of: Any) -> Any:
     if path is None or (given and not os.path.exists(path)):
         return config
     keys = keys_of(path)
-    filled = config.replace(keys)
+    try:
+        filled = config.replace(keys)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     if given and filled != config:
         raise InputError(f"{min(keys)}: given beside {path}, which says otherwise; leave one out")
     return filled
@@ -155,20 +158,6 @@ def _waves(path: Any) -> dict[Any, Any]:
 def _profile(path: Any) -> dict[Any, Any]:
     """Keys of a measured casing: its points sorted by angle, of which 360° is 0°."""
     points = _table("casing.profile_csv", path, PROFILE_COLUMNS, MOST_POINTS + 1)
-    angle, change = points.T
-    if (angle < 0.0).any() or (angle > 360.0).any():
-        raise InputError(f"casing.profile_csv: {path}: angles from 0 to 360 degrees are allowed")
-    points[:, 0] %= 360.0
+    points[points[:, 0] == 360.0, 0] = 0.0
     points = np.unique(points, axis=0)  # by angle; at 360 degrees may stand the first one again
-    if not 4 <= len(points) <= MOST_POINTS:
-        raise InputError(
-            f"casing.profile_csv: {path} has {len(points)} points; 4 to {MOST_POINTS:,} are allowed"
-        )
-    twice = np.flatnonzero(np.diff(points[:, 0]) == 0.0)
-    if len(twice):
-        raise InputError(
-            f"casing.profile_csv: {path} has two values at {points[twice[0], 0]:g} degrees"
-        )
-    if np.abs(change).max() > 1e4:
-        raise InputError(f"casing.profile_csv: {path}: changes of radius of more than 10 m")
     return {"casing.profile_deg": points[:, 0].tolist(), "casing.profile_mm": points[:, 1].tolist()}

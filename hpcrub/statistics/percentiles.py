@@ -94,9 +94,19 @@ def running_percentiles(
     """
     q = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
     n = (~np.isnan(values)).cumsum()[step - 1 :: step]  # valid values so far (K,)
-    middle, (low, high) = (n - 1) * q, _interval_ranks(n, q, z)  # numpy's, and the ends
-    rank = np.concatenate([middle, np.minimum(low, middle), np.maximum(high, middle)])
-    percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
+    low, high = _interval_ranks(n, q, z)
+    found = np.full((3, len(q), len(n)), np.nan)
+    present = np.empty(0)  # all values so far, sorted
+    for block in range(len(n)):
+        new = values[block * step : (block + 1) * step]
+        new = np.sort(new[~np.isnan(new)])
+        present = np.insert(present, np.searchsorted(present, new), new)
+        if len(present):
+            found[0, :, block] = np.percentile(present, percentiles)
+            for end, rank in ((1, low[:, block]), (2, high[:, block])):
+                known = np.isfinite(rank)
+                found[end, known, block] = present[rank[known].astype(int)]
+    percentile, low, high = found[0], np.minimum(*found[:2]), np.maximum(*found[::2])
     return RunningPercentiles(percentile, low, high, *_mean_and_error(percentile, z))
 
 
@@ -141,30 +151,6 @@ def _interval_ranks(n: Any, q: Any, z: Any) -> tuple[Any, Any]:
     tail = ndtr(-z)
     low, high = binom.ppf(tail, n, q), n - binom.ppf(tail, n, 1.0 - q)
     return np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)
-
-
-def _order_statistics(values: Any, step: Any, rank: Any) -> Any:
-    """Values at the positions rank (R, K) among the first step, 2 step, ... values, sorted.
-
-    Between two values it interpolates; a position NaN gives NaN. NaN values are left out.
-    """
-    values_at = np.full(rank.shape, np.nan)
-    present = np.empty(0)  # all values so far, sorted
-    for block in range(rank.shape[1]):
-        new = values[block * step : (block + 1) * step]
-        new = np.sort(new[~np.isnan(new)])
-        present = np.insert(present, np.searchsorted(present, new), new)
-        known = np.isfinite(rank[:, block]) & (len(present) > 0)
-        values_at[known, block] = _at(present, rank[known, block])
-    return values_at
-
-
-def _at(ordered: Any, rank: Any) -> Any:
-    """Interpolate sorted values at the positions rank, with the rounding of numpy.percentile."""
-    first = rank.astype(np.int64)
-    t = rank - first
-    a, b = ordered[first], ordered[np.minimum(first + 1, len(ordered) - 1)]
-    return np.where(t >= 0.5, b - (b - a) * (1.0 - t), a + (b - a) * t)
 
 
 def judged_error(criterion: str, found: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -133,10 +133,13 @@ def test_numbers_beside_the_table_that_has_others_are_refused(tmp_path, key, giv
         ("angle_deg,radius_change_mm\n0,0\n90,x\n", "line 3: 'x' is not a number"),
         ("angle_deg,radius_change_mm\n0,0\n90\n", "line 3 has 1 numbers, 2 numbers per"),
         ("angle_deg,radius_change_mm\n0,0\n90,nan\n", "line 3: 'nan' is not a number"),
-        ("angle_deg,radius_change_mm\n0,0\n90,0\n", "has 2 points; 4 to 3,600 are allowed"),
-        (PROFILE + "90,1\n", "two values at 90 degrees"),
-        (PROFILE + "360,1\n", "two values at 0 degrees"),
-        (PROFILE + "361,1\n", "angles from 0 to 360 degrees"),
+        (
+            "angle_deg,radius_change_mm\n0,0\n90,0\n",
+            "casing.profile_deg: [0.0, 90.0] is not a list of 4 to 3600",
+        ),
+        (PROFILE + "90,1\n", "90.0, 90.0, 180.0, 270.0] is not a list of 4 to 3600 increasing"),
+        (PROFILE + "360,1\n", "[0.0, 0.0, 90.0, 180.0, 270.0] is not a list of 4 to 3600 incr"),
+        (PROFILE + "361,1\n", "casing.profile_deg[4]: 361.0 is out of range"),
     ],
 )
 def test_a_profile_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, words):
