@@ -81,5 +81,5 @@ def problems(aero: Aero, n_blades: int) -> Iterator[str]:
         ({wave for wave, n in known.items() if n > 1}, "is given twice"),
         (asked - known.keys(), f"is missing; {n_blades} blades have {n_blades} waves"),
     ):
-        for h, way in sorted(waves):
+        for h, way in sorted(waves)[:1]:
             yield f"aero.waves: {h:g} nodal diameters, travels: {way}, {what}"

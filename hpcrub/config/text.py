@@ -185,9 +185,9 @@ def _unknown_key(model: Any, path: Any) -> str:
     known = _children(model)[section]
     everywhere = {leaf.rsplit(".", 1)[-1]: leaf for leaf in _leaves(model)}
     prefix = section + "." if section else ""
-    near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.7)
-    far = difflib.get_close_matches(wrong, everywhere, n=1, cutoff=0.7)
-    meant = [prefix + key for key in near] or [everywhere[key] for key in far]
+    near, vague = (difflib.get_close_matches(wrong, known, 1, alike) for alike in (0.7, 0.5))
+    far = [everywhere[key] for key in difflib.get_close_matches(wrong, everywhere, 1, 0.7)]
+    meant = [prefix + key for key in near] or far or [prefix + key for key in vague]
     hint = f"did you mean {meant[0]}?" if meant else f"known here: {', '.join(known)}"
     return f"{prefix}{wrong}: unknown key; {hint}"
 
