@@ -90,13 +90,18 @@ def move(path: str | Path, to: str | Path) -> None:
     os.replace(path, to)
 
 
+def part_of(path: str | Path) -> Path:
+    """Name of a new file beside `path` until it replaces it; a kill may leave such a file."""
+    return Path(f"{path}.hpcrub-part")
+
+
 @contextlib.contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """Yield a name beside `path` for a new file, which replaces it once the block has ended.
 
     After an error nothing is left of the new file. Raises OSError.
     """
-    part = Path(f"{path}.hpcrub-part")
+    part = part_of(path)
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         part.unlink(missing_ok=True)  # left by a job that was killed
