@@ -134,53 +134,6 @@ def integrated(disks, scene, n_steps, speeds=(SPEED,), revolution=REVOLUTION, st
     return found[:, : len(disks[0].observed), : len(disks)], bank
 
 
-@pytest.mark.parametrize("n_blades", [5, 6])
-def test_a_free_motion_is_that_of_its_matrix_and_of_the_modes_of_the_disk(n_blades):
-    """To rounding, and to what the poles are off; of disks that differ from lane to lane."""
-    n_steps, h = 400, 1.0 / (SPEED * REVOLUTION)
-    disks = [sample(n_blades, s * ORDINARY) for s in (1.0, -1.0, 0.0)]
-    omega = disks[0].omega
-    rng = np.random.default_rng(3)
-    q, v = rng.normal(size=(2, 3, len(omega)))
-    q[:, omega > 7e4] = 0.0  # h is too long for the others
-    v *= 0.1 * omega * (q != 0.0)
-    scene = scene_of(small_disk(n_blades).interface, clearance=1e3)
-    found, bank = integrated(disks, scene, n_steps, starts=list(zip(q, v, strict=True)))
-    for lane, modes in enumerate(disks):
-        A, K = matrix_of(modes, XI, h), len(modes.omega)
-        state = np.concatenate([q[lane], q[lane] - h * v[lane]])
-        twin = []
-        for _ in range(n_steps):
-            state = A @ state
-            twin.append(modes.observed @ state[:K])
-        size = np.abs(twin).max()
-        assert np.abs(found[:, :, lane] - twin).max() < 1e-11 * size
-        np.testing.assert_allclose(
-            bank.state.position[:, lane], state[:K], atol=1e-11 * abs(q).max()
-        )
-        exact = free(by_itself(modes), modes.shapes, q[lane], q[lane] - h * v[lane], h, n_steps)
-        assert np.abs(found[:, :, lane] - exact).max() < 1.5e-2 * size
-
-
-def free(modes, shapes, start, before, h, n_steps):
-    """Observed displacements of a disk that nothing touches, by its own modes; exact.
-
-    shapes: of the modes of which start and before, h earlier, are the coordinates (K,).
-    """
-    on_own = np.linalg.solve(modes.shapes, shapes)
-    q, p = on_own @ start, on_own @ before
-    decay, turn = XI * modes.omega, np.sqrt(1.0 - XI**2) * modes.omega
-    slow = turn * h < 1.0
-    sine = (
-        np.where(slow, 1.0, 0.0)
-        * (q * np.cos(turn * h) - p * np.exp(-decay * h))
-        / np.sin(turn * h)
-    )
-    t = h * np.arange(1, n_steps + 1)[:, None]
-    motion = np.exp(-decay * t) * (q * np.cos(turn * t) + sine * np.sin(turn * t))
-    return motion @ modes.observed.T
-
-
 BOOK = {"revolution": REVOLUTION, "reach": 1e-3, "rounding": 1e-15, "step_of": step_of}
 
 
