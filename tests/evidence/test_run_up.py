@@ -18,17 +18,11 @@ from evidence.truth.run_up import passage
 from evidence.truth.run_up_rubbing import rubbing_run
 from evidence.validation import run_up as case
 from evidence.validation.report import SCHEMES, fitted_order
-from hpcrub.config.schema import Config
 from hpcrub.model.casing import CasingShape
-from hpcrub.model.coating import ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response.run_up import Asked, run_up
 from hpcrub.response.schedule import Schedule
-from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Motion
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import build_problem
-from hpcrub.studies.branches import follow
 from tests.program import TINY
 from tests.response.test_run_up import scene_and_modes
 from tests.setup.test_imported import study_of
@@ -126,43 +120,6 @@ def test_a_disk_rubs_as_in_a_program_with_even_steps_of_time(ends):
     assert size > 0.01
     assert apart[2] < apart[1] < apart[0] < 0.05
     assert apart[2] < 3e-3
-
-
-def softened():
-    """Tuned disk whose load pushes all tips onto an elastic circle: a resonance that leans over.
-
-    The stiffness of the casing raises the frequency of waves that touch all the time by a fifth;
-    at resonance free tips would move 2.5 times as far as the clearance.
-    """
-    text = TINY + "contact: {law: elastic, casing_stiffness_n_per_m: 1e7}\n"
-    problem = build_problem(Config.from_yaml(text))
-    modes = mistuned_modes(problem.reduced, TUNED)
-    size = np.abs(case.forces(modes, problem.scene))
-    omega = modes.omega[size[:12].argmax()]
-    waves = np.abs(modes.omega / omega - 1.0) < 1e-9
-    force = case.forces(modes, problem.scene) * waves
-    free = np.abs(modes.normal @ force).max() / (2.0 * DAMPING_RATIO * omega**2)
-    stiffness = 0.5 * omega**2 * waves.sum() / (modes.normal[:, waves] ** 2).sum()
-    return modes, problem.scene._replace(
-        casing=CasingShape(4, 0.0), load=LOAD, load_order=ORDER, friction=0.0, ramp_time=0.0,
-        clearance=0.4 * free, elastic_casing=ElasticCasing(stiffness, 0.0), step=4e-5,
-        steady=SteadyCriteria(first_check=1.0, max_time=2.0),
-    )  # fmt: skip
-
-
-def test_up_and_down_a_run_follows_the_two_motions_at_one_speed():
-    """Where sweeps, each speed from the motion at the one before, find two."""
-    modes, scene = softened()
-    borders = np.array([22.4, 23.28, 23.32, 23.48, 23.52, 24.2])
-    found = []
-    for speeds, ends in (([23.0, 23.3, 23.5], (22.4, 23.7)), ([23.3, 23.5, 23.8], (24.2, 23.1))):
-        motion = Motion.at_rest(3, modes.n_rows)
-        sweep = follow(modes, scene, np.array(speeds), motion, ends[1] < ends[0], lambda: None)
-        run = run_up(modes, scene, Schedule.of_rate(*ends, 0.4), Asked(borders, 4))
-        steady = sweep.amplitude[np.isin(speeds, [23.3, 23.5])]
-        np.testing.assert_allclose(run.envelope[:, 0, [1, 3]], np.tile(steady, (4, 1)), rtol=0.05)
-        found.append(steady)
-    assert (found[0] > 2.0 * found[1]).all()
 
 
 def imported():
