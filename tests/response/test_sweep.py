@@ -162,22 +162,6 @@ def test_confirmations_are_successive_checks():
     np.testing.assert_allclose(thrice.time - once.time, 2 * 10 / speeds, rtol=1e-9)
 
 
-def test_blades_that_lean_with_the_rotation_lock_themselves_at_high_friction(modes):
-    """W_rr + μ W_rt changes its sign between μ = 0.5 and 1; leaning the other way it never does."""
-    earlier = earlier_reduced()
-    with_rotation = earlier.interface, mistuned_modes(earlier, np.zeros(12))
-    against = reference_reduced().interface, modes
-    for (interface, of_disk), friction, locked in (
-        (with_rotation, 0.5, False),
-        (with_rotation, 1.0, True),
-        (against, 1.0, False),
-    ):
-        scene = scene_of(interface=interface, friction=friction)
-        result = run_sweep(of_disk, scene, np.array([34.0]), width=8)
-        assert (result.point_reason[0] == status.JAMMING) == locked
-        assert result.max_sweeps[0] > 0
-
-
 def test_poll_can_stop_a_sweep(modes):
     calls = []
 
