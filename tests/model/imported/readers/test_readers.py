@@ -1,9 +1,7 @@
 """Readers: a small sector written in the formats of other programs is the sector."""
 
 import re
-import sys
 import tracemalloc
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -260,20 +258,6 @@ def test_held_rows_of_a_large_model_take_memory_in_proportion():
     tracemalloc.stop()
     assert (dof[rows] == held).all()
     assert peak < 100 * dof.nbytes
-
-
-def test_matrices_of_old_and_new_versions_of_pynastran(tmp_path, monkeypatch):
-    """Pairs (form, matrix), or objects with the matrix as their data."""
-    from hpcrub.model.imported.readers import nastran
-
-    read = {"kgg": SimpleNamespace(data=np.eye(2)), "mgg": (6, 3.0 * np.eye(2))}
-    library = SimpleNamespace(read_op4=lambda path, debug: read)
-    monkeypatch.setitem(sys.modules, "pyNastran", SimpleNamespace())
-    monkeypatch.setitem(sys.modules, "pyNastran.op4", SimpleNamespace())
-    monkeypatch.setitem(sys.modules, "pyNastran.op4.op4", library)
-    (tmp_path / "disk.op4").write_text("any")
-    found = nastran.op4_matrices(tmp_path / "disk.op4")
-    assert {key: matrix.trace() for key, matrix in found.items()} == {"KGG": 2.0, "MGG": 6.0}
 
 
 def test_ansys():
