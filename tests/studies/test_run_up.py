@@ -266,21 +266,6 @@ def test_a_clearance_over_the_time_ends_the_contact(tmp_path):
     assert (peaks[1][:, 0] > 5e-3).all()
 
 
-def test_threshold_finds_the_rate_that_keeps_a_limit(tmp_path):
-    text = TINY.replace("half_range_percent: [2, 4]", "half_range_percent: [2]") + (
-        "study: threshold\nlimits: {amplitude_mm: 45}\n"
-        "run_up: {from_hz: 33, to_hz: 36}\n"
-        "threshold: {key: run_up.hz_per_s, lowest: 4, highest: 44, tolerance: 20, "
-        "probability: 0.4}\n"
-    )
-    text = text.partition("\n")[2].replace("samples: 2,", "samples: 16,")
-    text = text.replace("n_modes: 12", "n_modes: 36")
-    found = contents(computed(tmp_path, text, output="rate.h5"))
-    assert found["side"][0] == 1  # a slow rotor exceeds the limit
-    assert found["side"][-1] == -1
-    assert 4.0 <= found["crossing"].min() < found["crossing"].max() <= 44.0
-
-
 @pytest.mark.parametrize(
     ("key", "words"),
     [
