@@ -44,16 +44,6 @@ def peak_of(function, *arguments):
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("study", ["time_response", "interaction_map"])
-def test_the_estimate_itself_takes_little_memory(laptop, study):
-    """Times of all blocks were made for their number: gigabytes, where the history is long."""
-    speeds = {"from_hz": 1e5, "to_hz": 1e5}
-    run = studies.run_of(Config(study=study, speeds=speeds, history={"duration_s": 1000}))
-    took, told = peak_of(memory.estimate, run)
-    assert took < 1e6
-    assert told > 1e11
-
-
 def compute(run, prepared):
     return list(run.study.compute(run.config, prepared, 0, lambda: None))
 
