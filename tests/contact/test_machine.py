@@ -13,7 +13,7 @@ from evidence.truth.disk import STEEL
 from evidence.truth.motion import spatial
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
-from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, Shape, first_level_cache, shape_for
+from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, first_level_cache, shape_for
 from hpcrub.contact.observers import Record
 from hpcrub.model.casing_modes import ring_modes
 from hpcrub.model.reduction import Modes
@@ -24,22 +24,7 @@ from tests.program import ROOT
 
 SPEEDS = np.linspace(29.0, 31.0, 4)
 N_STEPS = 6
-AVX512, AVX2, SSE2, NEON = (32, 8), (16, 4), (16, 2), (32, 2)
 KIB = 1 << 10
-
-
-@pytest.mark.parametrize(
-    ("registers", "cache", "shape"),
-    [
-        (AVX512, 48 * KIB, Shape(12, 16, 72)),
-        (AVX512, 32 * KIB, Shape(12, 8, 96)),
-        (AVX2, 32 * KIB, Shape(6, 8, 96)),
-        (NEON, 64 * KIB, Shape(6, 8, 192)),
-        (SSE2, 32 * KIB, Shape(6, 4, 192)),
-    ],
-)
-def test_the_shape_of_usual_machines(registers, cache, shape):
-    assert shape_for(Machine(*registers, cache)) == shape
 
 
 def test_the_cache_is_that_which_the_c_library_tells():
