@@ -70,7 +70,6 @@ def test_the_error_of_a_motion_goes_with_the_square_of_the_step(problem, law):
 
 SCENES = {
     "planar rigid": ("planar", {}),
-    "spatial rigid": ("spatial", {}),
     "spatial both": KINDS["spatial both"],
 }
 
