@@ -135,7 +135,7 @@ def test_result_does_not_depend_on_lanes_or_parts(modes):
     whole = run_sweep(modes, scene, speeds)
     assert set(whole.point_status) <= {STEADY, NOT_STEADY}
     assert np.ptp(whole.time) > 0.1
-    for lanes, width in (((4, 8, 16), None), ((4,), 16)):
+    for lanes, width in (((4, 8), None), ((8,), 4)):
         narrowed = run_sweep(modes, scene._replace(lanes=lanes), speeds, width=width)
         np.testing.assert_equal(narrowed.by_name(), whole.by_name())
         assert narrowed.n_steps == whole.n_steps
