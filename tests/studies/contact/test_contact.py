@@ -210,9 +210,6 @@ def test_dry_run_touches_nothing(tiny, folder, capfd):
     for key in ("computes:", "output:", "memory:", "measured:", "estimated run time:"):
         assert key in out
     assert not (folder / "results").exists()
-
-
-def test_dry_run_where_nothing_touches(tiny, folder, capfd):
     assert run_here(tiny, "--dry-run", "--set=casing.clearance_mm=2") == 0
     out = capfd.readouterr().out
     assert "nan" not in out

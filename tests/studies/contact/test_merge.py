@@ -306,6 +306,8 @@ def test_parts_cover_everything_once(count):
         seen[part.samples] += 1
         outputs.add(part.output)
         assert len(part.samples) - 23 // count in (0, 1)
+        with pytest.raises(InputError, match="cannot be cut again"):
+            parts.cut(part, 1, 2)
     assert (seen == 1).all()
     assert len(outputs) == count
 
@@ -324,9 +326,3 @@ def test_wrong_parts_are_one_line(folder, capfd, part, message):
     assert run_here("study.yaml", *f"--part={part}".split()) == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert message in line
-
-
-def test_there_are_no_parts_of_parts():
-    whole = config.Config()
-    with pytest.raises(InputError, match="cannot be cut again"):
-        parts.cut(parts.cut(whole, 1, 2), 1, 2)
