@@ -117,12 +117,12 @@ def scene_of(face, **changes):
     return scene._replace(**changes)
 
 
-def integrated(disks, scene, n_steps, speeds=(SPEED,), revolution=REVOLUTION, starts=None):
+def integrated(disks, scene, n_steps, speeds=(SPEED,), revolution=REVOLUTION, starts=None, width=8):
     """Observed displacements (n_steps, O, lanes) of some disks of one basis, and the Bank.
 
     starts: position and velocity (K,) of every disk; None: rest.
     """
-    bank = allocate(disks[0], scene, Grid(revolution, 1, 1), WIDTH)
+    bank = allocate(disks[0], scene, Grid(revolution, 1, 1), width)
     for lane, (modes, speed) in enumerate(zip(disks, np.resize(speeds, len(disks)), strict=True)):
         fill_lane(bank, lane, modes.at(speed), scene, 1.0 / (speed * revolution))
         if starts:
@@ -130,7 +130,7 @@ def integrated(disks, scene, n_steps, speeds=(SPEED,), revolution=REVOLUTION, st
     bank = bank._replace(scheme=bank.scheme._replace(bump=bank.scheme.bump[:n_steps]))
     record = Record.allocate(bank, 1, 1)
     run(bank, 1, record)
-    found = record.history.reshape(n_steps, -1, WIDTH)
+    found = record.history.reshape(n_steps, -1, width)
     return found[:, : len(disks[0].observed), : len(disks)], bank
 
 
@@ -249,27 +249,29 @@ EVERYTHING = {
 }
 
 
-def turned(n_steps, deviation, dense=False, **changes):
+def turned(n_steps, deviation, dense=False, width=WIDTH, **changes):
     """Displacements of a disk of few modes with all kinds of rows, and what it has worn."""
     modes = with_all_rows(deviation, n_families=0)
     modes = modes if changes else modes.fixed
     modes = modes._replace(blades=None) if dense else modes
     scene = scene_of(small_disk(5).interface, ramp_time=1e-4, **changes)
-    found, bank = integrated([modes, modes], scene, n_steps, (SPEED, 1.03 * SPEED))
-    worn = getattr(bank.law.surface, "worn", np.zeros((0, WIDTH)))
+    found, bank = integrated([modes, modes], scene, n_steps, (SPEED, 1.03 * SPEED), width=width)
+    worn = getattr(bank.law.surface, "worn", np.zeros((0, width)))
     return np.concatenate([found.reshape(-1, 2), worn[:, :2]])
 
 
 def twins():
-    """Columns: a mistuned disk; all features, the same disk in both bases."""
+    """Columns: a mistuned disk; all features, the same disk in both bases, and in fewer lanes."""
     found = [turned(FEW, np.full(6, 0.06), dense, **EVERYTHING) for dense in (False, True)]
+    found.append(turned(FEW, np.full(6, 0.06), width=4, **EVERYTHING))
     rigid = turned(FEW, ORDINARY)
     return np.hstack([np.pad(rigid, ((0, len(found[0]) - len(rigid)), (0, 0))), *found])
 
 
 def test_compiled_steps_are_their_plain_python_twins(tmp_path):
     """And plain ones the same in both bases with all features, which take long to compile."""
-    rigid, same, dense = np.split(plain_python("twins()", __name__, tmp_path), 3, axis=1)
+    rigid, same, dense, few = np.split(plain_python("twins()", __name__, tmp_path), 4, axis=1)
+    np.testing.assert_array_equal(few, same)
     assert np.abs(same - dense).max() < 1e-9 * np.abs(dense).max()
     assert same[FEW * 10 :].max() > 0.0  # something is worn
     found = turned(FEW, ORDINARY)
@@ -280,11 +282,11 @@ def test_compiled_steps_are_their_plain_python_twins(tmp_path):
 ASKED = np.array([90.0, 78.0, 80.0, 81.5])  # [Hz], on two rungs
 
 
-def short_sweep(lanes=(WIDTH,)):
+def short_sweep():
     """A Scene whose speeds end after three or four revolutions, and that observes stresses."""
     steady = SteadyCriteria(0.02, window_revolutions=1, extend_revolutions=1, max_time=0.045)
     face = with_stress(small_disk(5)).interface
-    return scene_of(face, step=2e-5, steady=steady, observes_stress=True, lanes=lanes)
+    return scene_of(face, step=2e-5, steady=steady, observes_stress=True)
 
 
 def same_bits(found, expected):
@@ -295,7 +297,7 @@ def same_bits(found, expected):
 
 def test_disks_that_fill_the_lanes_together_have_the_bits_of_each_alone():
     """In any order, some speeds alone, started at rest or going on; more points than lanes."""
-    scene, narrow = short_sweep(), short_sweep(lanes=(4, WIDTH))
+    scene = short_sweep()
     samples = [sample(5, s * ORDINARY) for s in (1.0, -1.0, 0.3, 0.0)]
     chosen = [None, [3, 2, 0], None, [1]]
 
@@ -307,7 +309,7 @@ def test_disks_that_fill_the_lanes_together_have_the_bits_of_each_alone():
 
     alone, kept = at_rest(), at_rest()
     for _ in range(2):
-        expected = [run_sweep(disk.modes, narrow, ASKED, selection=disk[1], motion=disk[2])
+        expected = [run_sweep(disk.modes, scene, ASKED, selection=disk[1], motion=disk[2])
                     for disk in disks(range(4), alone)]  # fmt: skip
         order = [0, 3, 1, 2]  # a lane that is taken again starts at rest
         found = dict(run_sweeps(disks(order, kept), scene, ASKED))
