@@ -65,10 +65,9 @@ def test_recorded_displacements_are_those_after_the_contact_forces(problem, mist
     np.testing.assert_allclose(seen, after, rtol=0, atol=1e-13 * np.abs(after).max())
 
 
-@pytest.mark.parametrize("speed", [34.3])
-def test_a_continued_sweep_starts_from_the_same_motion(problem, mistuned, speed):
+def test_a_continued_sweep_starts_from_the_same_motion(problem, mistuned):
     """In the transient: from rest, the amplitude at the same time would be another one."""
-    scene = problem.scene._replace(record_interval=problem.scene.step)
+    speed, scene = 34.3, problem.scene._replace(record_interval=problem.scene.step)
     motion = Motion.at_rest(1, len(mistuned.omega))
     first = run_sweep(mistuned, scene, [speed], motion=motion)
     start = Motion(*(values.copy() for values in motion))
