@@ -48,7 +48,7 @@ def compute(run, prepared):
     return list(run.study.compute(run.config, prepared, 0, lambda: None))
 
 
-@pytest.mark.parametrize(("speed", "unit"), [(34, 1.0), (5000, 0.02)])
+@pytest.mark.parametrize(("speed", "unit"), [(34, 0.4), (5000, 0.008)])
 def test_a_history_takes_no_more_memory_than_is_told(speed, unit, monkeypatch):
     """It took 1.4 times as much: forces and gaps were left out. At 5,000 Hz a block has a record,
     and took 1.1 times as much."""
