@@ -210,6 +210,7 @@ def test_the_answer_is_of_all_rates_and_of_mistuned_disks_and_has_the_limits(stu
     mine = contents(path)
     with open_result(path) as file:
         lines = list(run_of(file.config).study.conclusion(file, True))
+        assert "levels x samples x runs x repeats = 2 x 2 x 2 x 8" in run_of(file.config).amount()
     up, down = 1e3 * np.median(
         np.median(mine["samples/peak_amplitude_m"][-1, :, 1], axis=1), axis=0
     )
@@ -315,11 +316,6 @@ def test_a_table_from_a_file_is_kept_in_the_result(tmp_path):
         assert file.config.run_up.speed_s_hz == ((0.0, 33.0), (0.2, 35.0), (0.4, 33.0))
         np.testing.assert_array_equal(file.read("rises"), [1, 0])
         np.testing.assert_allclose(file.read("hz_per_s"), [10.0])
-
-
-def test_a_run_says_how_many_run_ups_it_computes():
-    config = Config.from_yaml(STUDY).replace({"run_up.repeats": 3})
-    assert "levels x samples x runs x repeats = 2 x 2 x 2 x 3" in run_of(config).amount()
 
 
 def test_a_checklist_of_run_ups_leaves_out_what_is_of_steady_motions():
