@@ -254,12 +254,6 @@ def test_overlapping_samples_must_agree(folder, capsys):
     assert_nothing_is_left(folder)
 
 
-def test_an_existing_file_is_kept(folder, capsys):
-    shutil.copy("single.h5", "whole.h5")
-    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
-    assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
-
-
 def test_a_part_is_never_replaced_by_the_whole(folder, capsys):
     """Without the name of the whole, the first part would be: its samples would be lost."""
     for parts_left in (THREE[1:], THREE):
@@ -267,6 +261,8 @@ def test_a_part_is_never_replaced_by_the_whole(folder, capsys):
         assert "part-1-of-3.h5 is a part of a study and is not replaced" in line
     assert merge.main(["whole.h5", *THREE]) == 0
     assert_merged_is_single()
+    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
+    assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
 
 
 @pytest.mark.parametrize(
