@@ -24,6 +24,7 @@ FREE = {
     "load": LOAD,
     "scheme": "exact_modal",
     "steady": SteadyCriteria(first_check=0.75, max_time=1.5),
+    "lanes": (4,),  # as run-ups take with a load: each number is compiled
 }
 
 
