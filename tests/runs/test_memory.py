@@ -50,8 +50,7 @@ def compute(run, prepared):
 
 @pytest.mark.parametrize(("speed", "unit"), [(34, 0.4), (5000, 0.008)])
 def test_a_history_takes_no_more_memory_than_is_told(speed, unit, monkeypatch):
-    """It took 1.4 times as much: forces and gaps were left out. At 5,000 Hz a block has a record,
-    and took 1.1 times as much."""
+    """It took 1.4 times as much, and 1.1 times at 5,000 Hz, where a block has a record."""
     monkeypatch.setattr(memory, "COMPILING", 0)
     took, told = [], []
     for times in (0.5, 1.0, 2.0):  # the first one loads what all need

@@ -255,7 +255,6 @@ def turned(name, speeds=(33.5, 34.0, 34.5), width=8, n_blocks=1, revolution=1200
 
 
 def test_a_compiled_law_is_its_plain_python_twin(tmp_path):
-    """Rigid points have theirs in `tests.contact.test_cyclic`."""
     twin = plain_python("turned('both', revolution=120, solid=True)", __name__, tmp_path)
     assert np.abs(twin).max() > 1e-5  # contact did occur: without it nothing moves
     off = turned("both", revolution=120, solid=True) - twin
