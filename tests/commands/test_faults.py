@@ -1,10 +1,9 @@
-"""A little of ``make test-faults``, and what every reader says of a damaged file."""
+"""What every reader says of a damaged file; `make test-faults` breaks disks and processes, too."""
 
 from pathlib import Path
 
 import pytest
 
-from evidence.faults import disks
 from hpcrub.__main__ import main as program
 from tests.plot.stored import PHYSICS
 from tests.program import TINY, error_lines, lay_out
@@ -25,10 +24,3 @@ def test_every_reader_refuses_a_damaged_file(folder, words, capfd):
     assert program(words.split()) == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert "truncated file" in line
-
-
-def test_a_disk_that_fails_is_one_line(tmp_path):
-    """HDF5 used to try again at the end of the process, with tracebacks and a crash."""
-    (trial, *_) = disks.write_error(tmp_path / "job")
-    assert trial.problem == ""
-    assert (tmp_path / "job" / "job" / "err").read_text().count("\n") == 1

@@ -14,16 +14,7 @@ from hpcrub.commands import run as cli
 from hpcrub.ranks.parallel import STOP_SIGNALS
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import execution
-from tests.program import ROOT, TINY, run, start
-
-DRY_RUN = """\
-import os, signal, sys
-from hpcrub.runs import cost
-from hpcrub.__main__ import main
-
-cost.trial = lambda *_: os.kill(os.getpid(), signal.SIGTERM)
-sys.exit(main())
-"""
+from tests.program import ROOT, TINY, start
 
 
 def stops(number):
@@ -39,14 +30,6 @@ def test_ctrl_c_in_a_command_is_one_line(path, capsys, monkeypatch, command):
     assert program([*command.split(), str(path), str(path)]) == 75
     assert capsys.readouterr().err == "hpcrub: stopped: SIGINT came\n"
     assert [found.name for found in path.parent.iterdir()] == [path.name]
-
-
-def test_a_dry_run_that_measures_ends_at_once(tmp_path):
-    (tmp_path / "a.yaml").write_text(TINY)
-    (tmp_path / "driver.py").write_text(DRY_RUN)
-    arguments = "a.yaml", "--dry-run"
-    code, _, err = run(0, *arguments, folder=tmp_path, script=tmp_path / "driver.py")
-    assert (code, err) == (75, "hpcrub: stopped: SIGTERM came before anything was begun\n")
 
 
 def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):

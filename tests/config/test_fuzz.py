@@ -11,7 +11,7 @@ from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.config.text import key_table, set_key
 from hpcrub.errors import InputError
-from hpcrub.runs import memory, result_files
+from hpcrub.runs import result_files
 from tests.program import lay_out
 
 VALUES = st.recursive(
@@ -86,29 +86,3 @@ def test_any_values(path, keys, unknown):
 def test_any_file(path, content, overrides):
     path.with_suffix(".yaml").write_bytes(content)
     refused_in_one_line(config.load_runs, path.with_suffix(".yaml"), overrides)
-
-
-NUMBERS = {
-    "time.step_s": st.floats(1e-10, 1e-2), "speeds.from_hz": st.floats(1e-6, 1e5),
-    "history.duration_s": st.floats(1e-3, 1000), "spectrum.step_hz": st.floats(1e-3, 1e4),
-    "disk.n_blades": st.integers(2, 200), "disk.blade.n_elements": st.integers(1, 50),
-    "casing.n_bumps": st.integers(1, 1000), "mistuning.samples": st.integers(1, 10**12),
-    "steady_state.window_revolutions": st.integers(1, 1000),
-    "mistuning.half_range_percent": st.lists(
-        st.floats(0, 100, exclude_max=True), min_size=1, max_size=5
-    ),
-    "mistuning.seed": st.integers(0, 2**63 - 1), "casing.clearance_mm": st.floats(0, 1e4),
-}  # fmt: skip
-KINDS = ["contact", "modal", "linear", "time_response", "interaction_map", "branches"]
-
-
-@settings(max_examples=30)
-@given(study=st.sampled_from(KINDS), keys=st.fixed_dictionaries({}, optional=NUMBERS))
-def test_the_size_of_anything_allowed_is_known_without_work(study, keys):
-    keys |= {"study": study, "reduction.n_modes": 4}
-    if "speeds.from_hz" in keys:
-        keys["speeds.to_hz"] = keys["speeds.from_hz"]
-    made = made_of(lambda: config.Config(**nested(keys)))
-    if made:
-        assert memory.estimate(studies.run_of(made)) > 0
-        refused_in_one_line(memory.check, studies.run_of(made))

@@ -47,7 +47,6 @@ from hpcrub.contact.jit import compiled
 if sys.argv[1] == "own":
     from mine import Own as Kind
 else:
-    from collections import namedtuple
     Kind = tuple
 
 @compiled

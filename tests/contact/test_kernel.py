@@ -153,38 +153,6 @@ def plain_python(expression, module, folder):
     return np.load(folder / "twin.npy")
 
 
-def step_by_step(bank, scene, n_steps, width):
-    """Corrected states after each of the first steps, as (penetration, λ) of the real points."""
-    table = bank.scheme.bump.copy()
-    bump = np.zeros((1, table.shape[1]))
-    one = bank.scheme._replace(bump=bump)
-    for step in range(n_steps):
-        bump[0] = table[step]
-        bank.state.multiplier[:] = 0.0
-        run(bank._replace(scheme=one), 1)
-        depth = bank.scheme.normal.T @ bank.state.position
-        depth += bank.state.ramp * table[step][:, None] - bank.scheme.clearance
-        depth -= bank.scheme.point_clearance.T
-        yield depth, bank.state.multiplier[:-1]
-
-
-@pytest.mark.parametrize(
-    ("friction", "name"), [(0.0, "central_difference"), (0.15, "exact_modal"), (0.5, "exact_modal")]
-)
-def test_no_penetration_and_no_tension_after_the_corrector(reduced, mistuned, friction, name):
-    scene = reference_scene(friction=friction, scheme=name)
-    grid = Grid(REVOLUTION, 1, 1)
-    bank = allocate(mistuned, scene, grid, 8, np.linspace(33.5, 35.25, 8))
-    most = 0
-    for depth, force in step_by_step(bank, scene, REVOLUTION, 8):
-        round_off = 84 * np.finfo(float).eps * np.abs(depth).max()  # of a sum over the modes
-        assert depth.max() < round_off
-        assert force.min() >= 0.0
-        assert np.abs(depth[force > 0.0]).max(initial=0.0) < round_off
-        most = max(most, (force > 0.0).sum(axis=0).max())
-    assert most >= 4
-
-
 def released(name, n_steps, damping_ratio=0.02):
     """A mass released from 1 m at rest, over one second of a 5 Hz oscillation: error at its end."""
     ones, omega, face = np.ones((1, 1)), 2.0 * np.pi * 5.0, planar_interface(np.zeros(1), 1.0)

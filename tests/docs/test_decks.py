@@ -1,8 +1,6 @@
 """The tutorial's script makes decks of a sector, of its blade alone, and at speeds, of one deck."""
 
 import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +9,6 @@ import pytest
 from docs import decks
 from evidence.blisk.mesh import BLISK, sector
 from evidence.truth.hexahedra import SMALL
-from hpcrub.__main__ import main as program
 from hpcrub.model.imported.readers import deck as reader
 
 NAMES = ("--blade", "Blade", "--fixed", "BORE", "--low", "LOW", "--high", "HIGH", "--sectors", "5")
@@ -120,27 +117,3 @@ def test_names_in_quotes_and_what_is_left_out(mesh, capsys):
     blade = reader.read("blade_alone.inp")
     assert {label for _, label, _ in blade.elements} == set(mesh.blade_elements + 1)
     np.testing.assert_array_equal(blade.sets["ALL"], np.arange(1, 1 + len(mesh.nodes)))
-
-
-@pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX is not installed")
-def test_calculix_runs_them_and_the_import_reads_them(mesh, capsys):
-    """Rotation stiffens the blades, by a few hertz at a speed far below the frequency."""
-    decks.main(["fan.inp", *NAMES, "--speeds", "80", "120"])
-    for job in ("sector", "blade_alone", "state_80", "state_120"):
-        subprocess.run(["ccx", "-i", job], check=True, stdout=subprocess.DEVNULL)
-    for speed in (80, 120):
-        rows = [line.split() for line in Path(f"state_{speed}.dat").read_text().splitlines()]
-        moved = [row for row in rows if len(row) == 4 and row[0].isdigit()]
-        lines = [f"{n}, {d}, {d}, {u[d - 1]}" for n, *u in moved for d in (1, 2, 3)]
-        Path(f"moved_{speed}.inp").write_text("\n".join(["*BOUNDARY", *lines, ""]))
-        subprocess.run(["ccx", "-i", f"sector_{speed}"], check=True, stdout=subprocess.DEVNULL)
-    first = []
-    for hz in ("0", "100"):
-        stiffness = ["--stiffness", "80=sector_80.inp", "--stiffness", "120=sector_120.inp"]
-        source = ["sector.inp", "--blade", "blade_alone.inp", "--units", "mm t s"]
-        sides = ["--contact", "TIP", "--low", "LOW", "--high", "HIGH", "--sectors", "5"]
-        options = [*source, *sides, *stiffness, "--speed-hz", hz]
-        capsys.readouterr()
-        assert program(["import", "calculix", *options]) == 0
-        first.append(float(re.search(r"  0: +([\d.]+)", capsys.readouterr().out)[1]))
-    assert 0.0 < first[1] - first[0] < 20.0

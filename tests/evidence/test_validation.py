@@ -1,17 +1,13 @@
-"""Validation in small: a whole disk, and a mass before a wall that moves.
+"""Validation in small: a whole disk. Truth: full matrices with an implicit scheme.
 
-Truth: full matrices with an implicit scheme, and a reference that goes from event to event. All
-other cases have their thresholds in `make validate`.
+All other cases have their thresholds in `make validate`.
 """
 
 import numpy as np
-import pytest
 
 from evidence.truth import moreau_jean
 from evidence.truth.disk import MATERIAL, disk_section, mistune, reference_scene
 from evidence.truth.ring import Wall
-from evidence.validation import moving_wall
-from evidence.validation.report import SCHEMES, fitted_order
 from hpcrub.contact.status import STEADY
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
@@ -39,14 +35,3 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
     assert np.abs(before / last - 1.0).max() < 5e-3
     assert np.abs(result.amplitude / last - 1.0).max() < 0.01
     assert last.min() > 5e-3
-
-
-@pytest.mark.parametrize("name", SCHEMES)
-def test_impacts_on_a_wall_that_moves_converge_to_the_events(name):
-    divisions = 500 * 2 ** np.arange(5)
-    exact = moving_wall.reference(0.4, divisions[-1])
-    errors = np.array([moving_wall.errors(exact, 0.4, name, n) for n in divisions])
-    assert len(exact.impacts) >= 3
-    for error in errors.T:  # of the motion towards the wall and along it, and of the impulse
-        assert 0.7 < fitted_order(1.0 / divisions, error) < 1.3
-    assert errors[-1].max() < 2e-3

@@ -17,7 +17,7 @@ from hpcrub.model.damping import state_matrix
 from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.model.imported.cyclic import tuned_diameters
 from hpcrub.model.interface import corresponding
-from hpcrub.model.reduction import ReducedModel, mistuned_modes, project
+from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.model.tuned_basis import tuned_basis
 
 WIDE = np.array([0.5, -0.5, 0.1, -0.3, 0.4, 0.0])  # deviations [-]
@@ -88,23 +88,6 @@ def test_mistuned_disks_have_the_frequencies_of_their_own_modes(n_blades, by_mod
         found = np.sqrt(eigvalsh(stiffness_of(basis.modes_of(deviation[:n_blades]))))[:n]
         error = 6e-6 * (np.abs(deviation[:n_blades]).max() / 0.05) ** 2
         np.testing.assert_allclose(found, exact, rtol=max(error, 1e-11))
-
-
-@KINDS
-def test_the_modes_of_a_blade_are_its_stiffness(n_blades, by_modes):
-    """Of the families that they move: Σ y yᵀ is K_b in the modes of the basis, blade by blade."""
-    model = small_disk(n_blades, by_modes)
-    for reference in (0.0, 0.4):
-        modes = tuned_basis(model, reference).modes
-        every = modes.blades.modes
-        kept = np.flatnonzero(np.abs(every[0]).max(axis=0))
-        assert len(kept) >= 6 * n_blades
-        size = modes.omega[kept]
-        own = project(model.blade_stiffness, modes.shapes[:, kept]) / np.outer(size, size)
-        found = every.transpose(0, 2, 1) @ every
-        assert np.abs(found[:, kept][:, :, kept] / np.outer(size, size) - own).max() < 1e-5
-        tuned = own.sum(axis=0)  # of which the blades are the largest part in the first family
-        assert tuned[0, 0] > 0.5
 
 
 @KINDS

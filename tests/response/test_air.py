@@ -5,7 +5,6 @@ import pytest
 from scipy.linalg import expm
 
 from evidence.truth import air, ring
-from evidence.truth.hexahedra import sector_arrays
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model import aero
@@ -14,11 +13,9 @@ from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response, linear_peak
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.sweep import Motion, run_sweep
-from hpcrub.results import model_file
-from hpcrub.setup.input_files import resolved
 from hpcrub.setup.problem import build_problem
 from tests.model.test_aero import CURVE, OMEGA, RATIO, N, R, of_waves, reduced_in
-from tests.program import BLISK, TINY, whole
+from tests.program import TINY, whole
 
 SPEED = 35.0
 
@@ -117,26 +114,6 @@ def test_in_contact_the_steps_tend_to_those_of_one_system_of_first_order(reduced
     assert off[-1] < 1e-4 * size
     assert 2.5 < off[0] / off[1] < 8
     assert 2.5 < off[1] / off[2] < 8
-
-
-@pytest.mark.parametrize("kind", ["planar", "spatial"])
-def test_equal_waves_are_the_damping_ratio_alone(kind, tmp_path):
-    """In contact, tuned: λ = ω(−ζ + i√(1 − ζ²)) is that of a real mode, and its steps, too."""
-    ratio, text, speed = 0.005, TINY, SPEED
-    if kind == "spatial":
-        model_file.write(tmp_path / "sector.h5", sector_arrays(lean=0.6))
-        text, speed = BLISK.replace("sector.h5", str(tmp_path / "sector.h5")), 580.0
-        text += "material: {damping_ratio: 0.005}\n"
-    own = f"{{blades: 0, damping_ratio: {ratio}, frequency_shift: {np.sqrt(1 - ratio**2) - 1}}}"
-    problem = build_problem(resolved(Config.from_yaml(text + f"aero: {{influence: [{own}]}}")))
-    in_air = mistuned_modes(problem.reduced, np.zeros(problem.reduced.interface.n_blades))
-    found, expected = (
-        whole(modes, problem.scene, [speed], 2.0 / speed, "observed", "normal_force")
-        for modes in (in_air, in_air._replace(waves=None))
-    )
-    assert expected[1].any()
-    for one, other in zip(found, expected, strict=True):
-        np.testing.assert_allclose(one, other, rtol=0, atol=1e-9 * np.abs(other).max())
 
 
 def test_a_disk_that_flutters_is_no_steady_motion_and_has_no_linear_peak(scene):

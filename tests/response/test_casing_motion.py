@@ -90,14 +90,6 @@ def test_only_a_wave_that_the_rotor_overtakes_is_fed(problem):
         assert watch.growth(speed)[0] == pairs.n_waves[grown]
 
 
-def test_a_casing_that_vibrates_is_looked_at_every_few_revolutions(problem):
-    """One after every block made 492 calls of the kernel of a sample out of 17."""
-    polls, modes = [], modes_in(problem, STEEL)
-    result = run_sweep(modes, problem.scene, SPEEDS[:1], poll=lambda: polls.append(1))
-    blocks = result.n_steps / cut_revolution(SPEEDS[0], problem.scene).steps_per_block
-    assert len(polls) < blocks / 8
-
-
 def test_the_largest_motion_is_that_of_all_records_and_angles():
     casing = ring_modes(STEEL, np.array([0, 2, 3, 4, 5, 6]), 0.0)
     pairs = casing.seen_from(np.zeros(1))

@@ -65,10 +65,9 @@ def test_recorded_displacements_are_those_after_the_contact_forces(problem, mist
     np.testing.assert_allclose(seen, after, rtol=0, atol=1e-13 * np.abs(after).max())
 
 
-@pytest.mark.parametrize("speed", [34.3])
-def test_a_continued_sweep_starts_from_the_same_motion(problem, mistuned, speed):
+def test_a_continued_sweep_starts_from_the_same_motion(problem, mistuned):
     """In the transient: from rest, the amplitude at the same time would be another one."""
-    scene = problem.scene._replace(record_interval=problem.scene.step)
+    speed, scene = 34.3, problem.scene._replace(record_interval=problem.scene.step)
     motion = Motion.at_rest(1, len(mistuned.omega))
     first = run_sweep(mistuned, scene, [speed], motion=motion)
     start = Motion(*(values.copy() for values in motion))
@@ -193,15 +192,18 @@ def test_records_of_a_history_are_as_fine_as_asked(problem, mistuned):
     """The same steps and verdict; the largest record grows to the largest of all steps."""
     every_step = problem.scene._replace(look_interval=0.0)
     (peak,) = whole(mistuned, every_step, [34.0], 0.1, "peak")
-    found = []
+    found, means = [], []
     for interval in (np.inf, 2.1 * problem.scene.step, problem.scene.step):
         scene = problem.scene._replace(history_interval=interval)
         follower = history.Follower(mistuned, scene, 34.0, 0.1)
         for piece in history.integrate(mistuned, scene, [34.0], 0.1):
             follower.take(piece, 0)
-        time, seen = whole(mistuned, scene, [34.0], 0.1, "time", "observed")
+        names = "time", "observed", "normal_force"
+        time, seen, force = whole(mistuned, scene, [34.0], 0.1, *names)
         assert len(time) == history.n_records(34.0, 0.1, scene)
+        means.append(force.sum(axis=0) / len(time))  # of all steps, in each record of its own
         found.append((time, seen, np.concatenate([part for part, *_ in follower.recent])))
+    np.testing.assert_allclose(means, means[:1] * 3, rtol=1e-9)
     (coarse, _, tested), (middle, _, _), (fine, seen, also_tested) = found
     assert middle[1, 0] - middle[0, 0] <= 2.1 * problem.scene.step < coarse[1, 0] - coarse[0, 0]
     np.testing.assert_array_equal(tested, also_tested)

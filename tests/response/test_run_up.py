@@ -123,18 +123,6 @@ def test_an_increment_fits_the_new_step():
     assert (off <= 4e-3 * (omega[slow] * h) ** 3).all()
 
 
-def test_blending_is_its_plain_python_twin():
-    rng = np.random.default_rng(0)
-    table, weight = rng.normal(size=(5, 16)), rng.normal(size=(4, 4))
-    table[2, 3] = np.inf
-    place, rows = np.array([1, 3, 7, 13]), np.array([0, 2, 3])
-    found, plain = np.zeros((5, 4)), np.zeros((5, 4))
-    retune.blend(found, rows, table, place, weight)
-    retune.blend.py_func(plain, rows, table, place, weight)
-    np.testing.assert_allclose(found, plain, rtol=1e-14)
-    assert not np.isnan(found).any()
-
-
 def test_a_repetition_is_a_run_that_begins_at_another_angle():
     scene, modes = scene_and_modes(TINY)
     schedule, asked = Schedule([0.0, 0.2], [33.2, 34.2]), Asked(BORDERS, 8)

@@ -135,7 +135,7 @@ def test_result_does_not_depend_on_lanes_or_parts(modes):
     whole = run_sweep(modes, scene, speeds)
     assert set(whole.point_status) <= {STEADY, NOT_STEADY}
     assert np.ptp(whole.time) > 0.1
-    for lanes, width in (((4, 8, 16), None), ((4,), 16)):
+    for lanes, width in (((4, 8), None), ((8,), 4)):
         narrowed = run_sweep(modes, scene._replace(lanes=lanes), speeds, width=width)
         np.testing.assert_equal(narrowed.by_name(), whole.by_name())
         assert narrowed.n_steps == whole.n_steps
@@ -160,22 +160,6 @@ def test_confirmations_are_successive_checks():
     assert (thrice.point_status == STEADY).all()
     assert (never.point_status == NOT_STEADY).all()
     np.testing.assert_allclose(thrice.time - once.time, 2 * 10 / speeds, rtol=1e-9)
-
-
-def test_blades_that_lean_with_the_rotation_lock_themselves_at_high_friction(modes):
-    """W_rr + μ W_rt changes its sign between μ = 0.5 and 1; leaning the other way it never does."""
-    earlier = earlier_reduced()
-    with_rotation = earlier.interface, mistuned_modes(earlier, np.zeros(12))
-    against = reference_reduced().interface, modes
-    for (interface, of_disk), friction, locked in (
-        (with_rotation, 0.5, False),
-        (with_rotation, 1.0, True),
-        (against, 1.0, False),
-    ):
-        scene = scene_of(interface=interface, friction=friction)
-        result = run_sweep(of_disk, scene, np.array([34.0]), width=8)
-        assert (result.point_reason[0] == status.JAMMING) == locked
-        assert result.max_sweeps[0] > 0
 
 
 def test_poll_can_stop_a_sweep(modes):

@@ -231,14 +231,6 @@ def test_a_file_that_is_laid_out_has_no_holes(path):
     assert 512 * found.st_blocks >= found.st_size
 
 
-def test_an_axis_whose_scale_has_no_name_is_numbered(path, monkeypatch):
-    """As after a changed bit; it was a traceback."""
-    with storage.ResultFile(path) as file:
-        assert file.dimensions("sigma") == ("half_range",)
-        monkeypatch.setattr(h5py.Dataset, "name", None)
-        assert file.dimensions("sigma") == ("axis_0",)
-
-
 def test_size_is_foretold(path, tiny_config):
     foretold = result_files.file_size(studies.run_of(tiny_config))
     assert path.stat().st_size == pytest.approx(foretold, abs=32768)

@@ -14,6 +14,7 @@ from hpcrub.runs.findings import (
     TIME_KEY,
     kinematics,
     not_resolved,
+    of_peaks,
     of_points,
     points_without_result,
     too_few_samples,
@@ -29,6 +30,8 @@ def test_points_that_grow_are_told_once_and_count_where_they_are_peaks(at, sever
     (found,) = of_points(Config(), amplitude, states, reasons, TIME_KEY)
     assert found.why == "still growing at 1 of 3 points"
     assert found.severity == severity
+    (found,) = of_peaks(Config(), np.array([0, 0, 3]))
+    assert found.why == "2 of 3 peaks at the lowest speed"
 
 
 @pytest.mark.parametrize(

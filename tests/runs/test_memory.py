@@ -44,24 +44,13 @@ def peak_of(function, *arguments):
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("study", ["time_response", "interaction_map"])
-def test_the_estimate_itself_takes_little_memory(laptop, study):
-    """Times of all blocks were made for their number: gigabytes, where the history is long."""
-    speeds = {"from_hz": 1e5, "to_hz": 1e5}
-    run = studies.run_of(Config(study=study, speeds=speeds, history={"duration_s": 1000}))
-    took, told = peak_of(memory.estimate, run)
-    assert took < 1e6
-    assert told > 1e11
-
-
 def compute(run, prepared):
     return list(run.study.compute(run.config, prepared, 0, lambda: None))
 
 
-@pytest.mark.parametrize(("speed", "unit"), [(34, 1.0), (5000, 0.02)])
+@pytest.mark.parametrize(("speed", "unit"), [(34, 0.4), (5000, 0.008)])
 def test_a_history_takes_no_more_memory_than_is_told(speed, unit, monkeypatch):
-    """It took 1.4 times as much: forces and gaps were left out. At 5,000 Hz a block has a record,
-    and took 1.1 times as much."""
+    """It took 1.4 times as much, and 1.1 times at 5,000 Hz, where a block has a record."""
     monkeypatch.setattr(memory, "COMPILING", 0)
     took, told = [], []
     for times in (0.5, 1.0, 2.0):  # the first one loads what all need

@@ -8,17 +8,13 @@ import pytest
 
 from hpcrub import plot, studies
 from hpcrub.commands import run as cli
-from hpcrub.config import parts, run_up
+from hpcrub.config import parts
 from hpcrub.config.schema import Config, differences, load_runs
-from hpcrub.contact import integrate
 from hpcrub.errors import InputError
 from hpcrub.plot.pictures import draw
 from hpcrub.ranks.runlog import RunLog, Work
-from hpcrub.response.run_up import Runner
 from hpcrub.runs import cost, execution
-from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import build_problem
-from hpcrub.setup.run_up import asked_of
 from hpcrub.studies import open_result
 from tests.plot.stored import PATTERN, PHYSICS
 from tests.program import TINY, lay_out, refusal
@@ -65,32 +61,6 @@ def test_the_trial_of_a_dry_run_takes_as_many_speeds_as_a_disk_of_the_study(n_sp
     config = Config(speeds=speeds, steady_state={"first_check_s": 0.05, "max_time_s": 0.2})
     tried = cost.trial(config, build_problem(config)).result
     assert len(tried.time) == n_speeds
-
-
-@pytest.mark.parametrize("repeats", [1, 3, 8])
-@pytest.mark.parametrize("longest", [60.0, 0.02])
-def test_the_estimate_of_run_ups_counts_idle_lanes_and_all_rates(repeats, longest, monkeypatch):
-    """With a clock that goes by the steps of all lanes, on which the estimate is that of the runs.
-
-    Repetitions that leave lanes idle seemed two to four times as fast.
-    """
-    keys = {"from_hz": 33.0, "to_hz": 35.0, "hz_per_s": [4.0, 8.0], "repeats": repeats}
-    config = Config(study="run_up", run_up=keys, disk={"n_blades": 4})
-    problem, steps = build_problem(config), [0]
-    integrated = integrate.run
-
-    def counted(bank, n_blocks, record):
-        steps[0] += n_blocks * len(bank.scheme.bump) * bank.width
-        integrated(bank, n_blocks, record)
-
-    monkeypatch.setattr(integrate, "run", counted)
-    monkeypatch.setattr(cost.time, "perf_counter", lambda: 1e-6 * steps[0])
-    monkeypatch.setattr(cost, "LONGEST", longest)  # a short one makes the trial a faster run
-    said = cost.trial(config, problem).seconds(cost.Cost(sweeps=1), config)
-    steps[0], modes = 0, rubbing_modes(config, problem, np.zeros(4))
-    for schedule in run_up.schedules(config):
-        assert [*Runner(modes, problem.scene, schedule, asked_of(config)).go_on()]
-    assert said == pytest.approx(1e-6 * steps[0], rel=0.1)
 
 
 def test_a_dry_run_with_resume_counts_what_is_there(folder, capfd):

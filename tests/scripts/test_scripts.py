@@ -1,5 +1,5 @@
 """The job scripts without Slurm and without the program (`make test-slurm` has both); what pip
-installs is the whole program, and conda installs what it needs."""
+installs is the whole program."""
 
 import os
 import shutil
@@ -7,10 +7,8 @@ import signal
 import subprocess
 import sys
 import time
-import tomllib
 
 import pytest
-import yaml
 
 from tests.program import ROOT
 
@@ -132,27 +130,3 @@ def test_what_pip_installs_runs_without_the_checkout(tmp_path):
     ):
         done = subprocess.run(command, cwd=elsewhere, env=alone, capture_output=True, text=True)
         assert done.stdout.startswith(begin), done.stderr
-
-
-def test_conda_installs_what_the_package_needs():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    needed = project["dependencies"] + project["optional-dependencies"]["mpi"]
-    environment = yaml.safe_load((ROOT / "environment.yml").read_text("utf-8"))["dependencies"]
-    by_conda = {str(x).replace(" >", ">").replace("-base", "").split()[0] for x in environment}
-    assert {line.lower() for line in needed} <= by_conda
-    assert environment[-1] == {"pip": ["--editable .[dev]"]}  # the rest, and hpcrub itself
-
-
-@pytest.mark.parametrize(
-    ("target", "extras"), [("run", ""), ("test", "mpi,dev"), ("lint", "mpi,dev")]
-)
-def test_a_run_waits_for_no_package_of_the_tests(target, extras, tmp_path):
-    """The set-up before the first result installed what only tests need, too."""
-    for name in ("Makefile", "pyproject.toml", "tools/setup.sh"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        shutil.copy(ROOT / name, tmp_path / name)
-    made = subprocess.run(
-        ["make", "-n", target], cwd=tmp_path, capture_output=True, text=True, check=True
-    ).stdout
-    (line,) = [line for line in made.splitlines() if "tools/setup.sh" in line]
-    assert line.startswith(f"EXTRAS={extras} " if extras else "PYTHON=")

@@ -262,6 +262,14 @@ def test_blades_may_have_different_numbers_of_contact_nodes(folder):
     assert program(["import", "model", "model.h5"]) == 0
 
 
+def test_blades_known_by_their_cantilever_modes_are_told_as_that(capsys):
+    """The import said that they have nothing, and cannot be mistuned."""
+    assert import_model.main(["model", "inputs/rotor67/rotor67.h5", "--speed-hz", "267"]) == 0
+    said = capsys.readouterr().out
+    assert "6 cantilever modes each alone" in said
+    assert "blades' stiffness: none" not in said
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

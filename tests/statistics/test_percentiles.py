@@ -13,7 +13,6 @@ from hpcrub.statistics import pairs
 from hpcrub.statistics.percentiles import (
     MIN_VALUES,
     first_converged,
-    judged_error,
     percentile_interval,
     probability_interval,
     running_percentiles,
@@ -99,15 +98,6 @@ def test_first_converged_needs_every_level_and_percentile():
     assert first_converged(error, 0.005) is None
 
 
-def test_half_the_interval_of_a_median_narrows_as_it_should():
-    """It is about Z / (2 f √n), f the density, here 1 (the median's normal limit)."""
-    values = np.random.default_rng(5).random(20_000)
-    found = running_percentiles(values, [50], 10, 2.81)
-    error = judged_error("interval", found._asdict())
-    n = np.array([1000, 5000, 20_000])
-    np.testing.assert_allclose(error[0, n // 10 - 1], 2.81 / 2 / np.sqrt(n), rtol=0.25)
-
-
 @pytest.mark.parametrize("n", range(1, 51))
 def test_an_interval_contains_its_estimate(n):
     """Of two values 1 and 2, percentile 1 is interpolated as 1.01, and the smaller one is above the
@@ -155,30 +145,15 @@ def test_pairs_on_a_line_have_no_density():
     assert pairs.density(x, 2.0 * x)[2] is None
 
 
-def test_density_lies_where_the_samples_are():
-    """Its mean and its moments about it, for skewed A_nl, are those of samples and kernel."""
-    random = np.random.default_rng(2)
-    linear = random.normal(1.2, 0.05, 300)
-    contact = linear + random.exponential(0.1, 300)
-    x, y, weight = pairs.density(contact, linear)
-    x, weight = x[:, None], weight / weight.sum()
-    mean = np.sum(weight * x), np.sum(weight * y)
-    assert mean == pytest.approx([contact.mean(), linear.mean()], rel=1e-3)
-    spread = [np.sum(weight * a * b) for a, b in ((x - mean[0], x - mean[0]),
-              (x - mean[0], y - mean[1]), (y - mean[1], y - mean[1]))]  # fmt: skip
-    wider = np.cov(contact, linear)[[0, 0, 1], [0, 1, 1]] * (1 + 300 ** (-2 / 6))  # by the kernel
-    assert spread == pytest.approx(wider, rel=0.02)
-
-
 def test_rank_interval_covers_as_often_as_it_says():
     random = np.random.default_rng(3)
     true = 6 / np.pi * np.arcsin(0.6 / 2)  # Spearman's correlation of normal pairs
     hits = 0
-    for _ in range(400):
+    for _ in range(250):
         x, y = random.multivariate_normal([0, 0], [[1, 0.6], [0.6, 1]], 80).T
         found, low, high = pairs.rank_correlation(x, y)
         hits += low <= true <= high
-    assert 0.91 < hits / 400 < 0.985
+    assert 0.91 < hits / 250 < 0.985
 
 
 @pytest.mark.parametrize(("count", "n"), [(0, 20), (3, 20), (20, 20)])

@@ -210,6 +210,7 @@ def test_the_answer_is_of_all_rates_and_of_mistuned_disks_and_has_the_limits(stu
     mine = contents(path)
     with open_result(path) as file:
         lines = list(run_of(file.config).study.conclusion(file, True))
+        assert "levels x samples x runs x repeats = 2 x 2 x 2 x 8" in run_of(file.config).amount()
     up, down = 1e3 * np.median(
         np.median(mine["samples/peak_amplitude_m"][-1, :, 1], axis=1), axis=0
     )
@@ -266,21 +267,6 @@ def test_a_clearance_over_the_time_ends_the_contact(tmp_path):
     assert (peaks[1][:, 0] > 5e-3).all()
 
 
-def test_threshold_finds_the_rate_that_keeps_a_limit(tmp_path):
-    text = TINY.replace("half_range_percent: [2, 4]", "half_range_percent: [2]") + (
-        "study: threshold\nlimits: {amplitude_mm: 45}\n"
-        "run_up: {from_hz: 33, to_hz: 36}\n"
-        "threshold: {key: run_up.hz_per_s, lowest: 4, highest: 44, tolerance: 20, "
-        "probability: 0.4}\n"
-    )
-    text = text.partition("\n")[2].replace("samples: 2,", "samples: 16,")
-    text = text.replace("n_modes: 12", "n_modes: 36")
-    found = contents(computed(tmp_path, text, output="rate.h5"))
-    assert found["side"][0] == 1  # a slow rotor exceeds the limit
-    assert found["side"][-1] == -1
-    assert 4.0 <= found["crossing"].min() < found["crossing"].max() <= 44.0
-
-
 @pytest.mark.parametrize(
     ("key", "words"),
     [
@@ -329,11 +315,6 @@ def test_a_table_from_a_file_is_kept_in_the_result(tmp_path):
         assert file.config.run_up.speed_s_hz == ((0.0, 33.0), (0.2, 35.0), (0.4, 33.0))
         np.testing.assert_array_equal(file.read("rises"), [1, 0])
         np.testing.assert_allclose(file.read("hz_per_s"), [10.0])
-
-
-def test_a_run_says_how_many_run_ups_it_computes():
-    config = Config.from_yaml(STUDY).replace({"run_up.repeats": 3})
-    assert "levels x samples x runs x repeats = 2 x 2 x 2 x 3" in run_of(config).amount()
 
 
 def test_a_checklist_of_run_ups_leaves_out_what_is_of_steady_motions():

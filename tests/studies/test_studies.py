@@ -1,9 +1,8 @@
 """Studies other than contact, each on a tiny case: what they compute, store and draw.
 
-Truth: closed forms of a tuned disk, brute force over speeds for linear peaks, the binomial coverage
-of an interval; of branches, which are motions from several initial states: the sweep from rest,
-sweeps from speed to speed, whole histories that go on (how motions are told apart is in
-test_coexistence.py).
+Truth: closed forms of a tuned disk; of branches, which are motions from several initial states: the
+sweep from rest, sweeps from speed to speed, whole histories that go on (how motions are told apart
+is in test_coexistence.py).
 """
 
 from pathlib import Path
@@ -17,10 +16,9 @@ from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history
-from hpcrub.response.linear import engine_order_response
 from hpcrub.response.steady import localisation
 from hpcrub.response.sweep import Motion, run_sweep
-from hpcrub.setup.problem import build_model, build_problem
+from hpcrub.setup.problem import build_problem
 from hpcrub.studies import STUDIES, branches, open_result, time_response
 from tests.program import ROOT, TINY, swept, whole
 
@@ -62,26 +60,6 @@ def test_resonances_are_as_wide_as_the_damping_of_their_modes(folder):
         with compute("modal", f"material.{key}", options=options) as file:
             (line,) = [line for line in STUDIES["modal"].report(file) if "wide" in line]
         assert "resonances are 10 % wide" in line
-
-
-def test_linear_amplification_is_that_of_a_fine_search(folder):
-    overrides = "linear.n_diameters=[2, 5]", "mistuning.half_range_percent=[0, 3]"
-    file = compute("linear", *overrides, "mistuning.samples=56", options=["--no-figures"])
-    amplification = file.read("amplification")
-    assert amplification[0] == pytest.approx(1.0, abs=1e-12)  # no mistuning
-    tuned = build_model(file.config).reduced
-    deviation = stiffness_deviation(2020, 1, 55, 12, 0.03)  # of the second chunk
-    for d, n_diameters in enumerate((2, 5)):
-        speeds = np.linspace(85, 99, 70001) / n_diameters
-        peak = [
-            np.abs(
-                engine_order_response(
-                    mistuned_modes(tuned, blades), 0.005, 1.0, n_diameters, tuned.interface, speeds
-                )
-            ).max()
-            for blades in (np.zeros(12), deviation)
-        ]  # fmt: skip
-        assert amplification[1, d, 55] == pytest.approx(peak[1] / peak[0], rel=1e-4)
 
 
 QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
@@ -134,23 +112,6 @@ def test_a_time_response_is_steady_when_its_sweep_is(response, disk):
     assert response.read("amplitude_m", disk) == pytest.approx(sweep.amplitude[0], rel=2e-3)
     found = time_response.first_known(response, disk)
     assert response.read("check_s")[found] == pytest.approx(sweep.time[0])
-
-
-@pytest.mark.parametrize("rule", ["last_window", "ensemble"])
-def test_a_map_judges_a_point_as_a_sweep_does(tiny_config, rule):
-    """Status, amplitude and error of a motion that does not repeat itself, by either rule."""
-    keys = {"rule": rule, "first_check_s": 0.3, "max_time_s": 0.8, "max_error": 0.03}
-    problem = build_problem(tiny_config.replace({"steady_state": keys}))
-    modes, scene, speed = mistuned_modes(problem.reduced, np.zeros(12)), problem.scene, 34.2
-    sweep = run_sweep(modes, scene, [speed])
-    followed = history.Follower(modes, scene, speed, 0.8)
-    for piece in history.integrate(modes, scene, [speed], 0.8):
-        followed.take(piece, 0)
-    found = followed.verdict
-    assert found.status == sweep.point_status[0]
-    assert followed.time == pytest.approx(sweep.time[0], abs=0.1)
-    assert found.amplitude == pytest.approx(sweep.amplitude[0], rel=2e-3)
-    assert found.error == pytest.approx(sweep.error[0], rel=0.05, nan_ok=True)
 
 
 def test_interaction_map(folder):

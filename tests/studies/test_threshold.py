@@ -3,7 +3,6 @@
 import json
 import re
 import shutil
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -12,14 +11,10 @@ import pytest
 from hpcrub import plot
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
-from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.progress import duration
-from hpcrub.ranks.runlog import Work
 from hpcrub.results.verdict import SINGLE, USELESS
-from hpcrub.runs import cost, job
 from hpcrub.statistics.percentiles import probability_interval
-from hpcrub.statistics.threshold import ABOVE, BELOW, Search
-from hpcrub.studies import open_result, run_of
+from hpcrub.statistics.threshold import ABOVE, BELOW
+from hpcrub.studies import open_result
 from hpcrub.studies.contact.trials import beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
 from hpcrub.studies.threshold import (
@@ -139,38 +134,6 @@ def test_the_figure_tells_where_the_asked_probability_is_met(brute):
     assert not drawn
     safe = values[sides == -1].min()
     assert [text.get_text() for text in chance.texts] == [f"answer: {safe:g} mm"]
-
-
-@pytest.mark.parametrize("grows", [True, False])
-def test_the_time_left_holds_where_disks_take_longer_at_some_values(grows, monkeypatch):
-    """Of a search whose disks take 1 to 10 s over the range, by a clock of its own; six times.
-
-    At the mean rate of all disks it had told 21 times too much at the end of inputs/threshold.yaml.
-    """
-    clock, values, said = [0.0], np.linspace(0.0, 1.0, 33), []
-    monkeypatch.setattr(job.time, "monotonic", lambda: clock[0])
-    for seed in range(6):
-        scatter = 0.1 * np.random.default_rng(seed).normal(size=400)
-        severity = np.exp(3.0 * (0.4 - values)[:, None] + scatter)
-        search = Search(severity, np.zeros(33, dtype=int), 0.05)
-        told, began = [], clock[0]
-        shown = SimpleNamespace(began=began, part=lambda *part: None)
-        search_job = job.Job(run_of(Config()), Team(), None, None, shown)
-        while looks := search.next_looks():
-            search_job.ahead = search.still_expected()
-            for value, n in looks:
-                for disk in range(search.n_done[value], n):
-                    seconds = 10.0 ** (values[value] if grows else 1.0 - values[value])
-                    clock[0] += seconds
-                    search_job.work += Work(1, 0, seconds)
-                    left = search_job._seconds_left([(value, disk)], seconds)
-                    told.append((clock[0] - began, clock[0] - began + left))
-            for value, n in looks:
-                search.n_done[value] = n
-        elapsed, total = np.array(told).T / told[-1][0]
-        said.append([end(total[elapsed > 0.1]) for end in (min, max)])
-    least, most = np.median(said, axis=0)
-    assert 1 / 1.5 < least <= most < 1.5
 
 
 def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):
@@ -307,21 +270,6 @@ def test_samples_that_are_not_given_are_as_many_as_the_target_needs():
 @pytest.mark.parametrize("override", REFUSED)
 def test_what_cannot_be_searched_for_is_refused(folder, override, capsys):
     assert re.search(REFUSED[override], refused_study(folder, STUDY, override, capsys))
-
-
-def test_a_dry_run_estimates_with_disks_of_the_whole_range(folder, monkeypatch, capfd):
-    """It tried one at the input's own clearance, beside the range, and told a quarter of the time.
-
-    A disk that takes as many seconds as its clearance has millimetres takes 0.8 s on average.
-    """
-    own = lambda config, *_: cost.Trial(config.casing.clearance_mm)  # noqa: E731
-    monkeypatch.setattr(cost, "trial", own)
-    (folder / "study.yaml").write_text(STUDY)
-    options = "--dry-run", "--set", "casing.clearance_mm=0.1"
-    assert run_here("study.yaml", *options, folder=folder) == 0
-    said, disks = capfd.readouterr().out, THRESHOLD.cost(Config.from_yaml(STUDY)).disks
-    assert f"run time:   {duration(0.8 * disks)} on 1 rank" in said
-    assert "one disk takes:       0.2 s to 1.4 s" in said
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,6 @@ from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.problem import build_problem
-from tests.contact.test_kernel import plain_python
 from tests.model.test_tuned_basis import small_disk
 from tests.program import load
 
@@ -114,18 +113,6 @@ def test_the_kernel_is_the_second_program_as_the_step_shrinks(case):
     first = second_program(own, scene, speed, finest, "first")
     assert errors[1] < 0.6 * errors[0]
     assert errors[1] < 0.009 * np.abs(first - exact).max()
-
-
-def few_steps():
-    """Displacements in both bases, one after the other."""
-    return np.stack([integrated(*spatial(is_cyclic), 80.0, 400) for is_cyclic in (False, True)])
-
-
-def test_the_plain_python_twin_takes_the_same_steps(tmp_path):
-    twins = plain_python("few_steps()", __name__, tmp_path)
-    for twin, compiled in zip(twins, few_steps(), strict=True):
-        assert np.abs(compiled).max() > 1e-5
-        np.testing.assert_allclose(twin, compiled, rtol=0.0, atol=1e-9 * np.abs(compiled).max())
 
 
 def test_blades_that_bend_further_than_the_second_order_tells_have_no_result():

@@ -24,7 +24,7 @@ from hpcrub.model.casing import CasingShape, ramp
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid, cut_revolution
-from tests.contact.laws.test_solid import integrate, made_up
+from tests.contact.laws.test_solid import made_up
 from tests.contact.laws.thrown import (
     GAP,
     HARD,
@@ -112,7 +112,7 @@ def test_a_slow_incursion_wears_what_statics_say():
 def test_energy_goes_into_wear_and_what_a_step_loses(bar):
     """The balance of every step closes, nothing is stored in the end, and what steps gain or lose
     has the second order."""
-    steps, mass, books = (2e-6, 1e-6, 2.5e-7), MASS._replace(damper=0.0), []
+    steps, mass, books = (2e-6, 1e-6, 5e-7), MASS._replace(damper=0.0), []
     for h in steps:
         spring = None if bar else SPRING
         bank, scene = ready(mass, SPEED, h, coating=bar, elastic_casing=spring)
@@ -254,11 +254,10 @@ def turned(name, speeds=(33.5, 34.0, 34.5), width=8, n_blocks=1, revolution=1200
     return np.concatenate([found.reshape(-1, len(speeds)), worn[:, : len(speeds)]])
 
 
-@pytest.mark.parametrize(("name", "solid"), [("rigid", False), ("both", True)])
-def test_compiled_laws_are_their_plain_python_twins(tmp_path, name, solid):
-    twin = plain_python(f"turned({name!r}, revolution=240, solid={solid})", __name__, tmp_path)
+def test_a_compiled_law_is_its_plain_python_twin(tmp_path):
+    twin = plain_python("turned('both', revolution=120, solid=True)", __name__, tmp_path)
     assert np.abs(twin).max() > 1e-5  # contact did occur: without it nothing moves
-    off = turned(name, revolution=240, solid=solid) - twin
+    off = turned("both", revolution=120, solid=True) - twin
     assert np.abs(off).max() < 1e-10 * np.abs(twin).max()
 
 
@@ -268,28 +267,13 @@ def test_a_planar_disk_is_the_same_disk_in_three_dimensions(name):
     assert np.abs(turned(name, n_blocks=3, solid=True) - planar).max() < 1e-9 * planar.max()
 
 
-@pytest.mark.parametrize("name", ["both"])
-def test_lanes_do_not_see_each_other(name):
+def test_lanes_do_not_see_each_other():
     """In three dimensions; `tests.response.test_clearance` has planar disks."""
     speeds = np.linspace(33.5, 36.0, 8)
-    together = turned(name, speeds, n_blocks=6, solid=True)
+    together = turned("both", speeds, n_blocks=6, solid=True)
     for lane in (0, 3, 7):
-        alone = turned(name, speeds[lane : lane + 1], n_blocks=6, solid=True)
+        alone = turned("both", speeds[lane : lane + 1], n_blocks=6, solid=True)
         assert np.array_equal(alone[:, 0], together[:, lane])
-
-
-def test_stiff_casings_are_the_rigid_one_in_three_dimensions():
-    """With the error 1/k, of stiffly coupled points and friction that turns."""
-    modes, scene = made_up(0)
-    rigid, _ = integrate(modes, scene, [30.0], 500)
-    stiffness = 10.0 ** np.arange(9, 13)
-    errors = [
-        np.abs(integrate(modes, scene._replace(elastic_casing=ElasticCasing(k)), [30.0], 500)[0]
-               - rigid).max() / np.abs(rigid).max()
-        for k in stiffness
-    ]  # fmt: skip
-    assert errors[0] < 1e-2
-    assert abs(fitted_order(1.0 / stiffness, np.array(errors)) - 1.0) < 0.02
 
 
 def test_a_lane_filled_later_meets_a_new_coating():

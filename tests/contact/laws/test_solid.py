@@ -90,11 +90,10 @@ def test_a_blade_that_only_forces_on_others_push_in_gets_its_force(seed):
     assert np.abs(found[:, :, 0] - expected).max() < 1e-9 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize(("seed", "lean"), [(2, -6.5), (3, -7.0)])
-def test_friction_that_turns_until_a_point_jams_is_found_with_and_without_other_lanes(seed, lean):
+def test_friction_that_turns_until_a_point_jams_is_found_with_and_without_other_lanes():
     """Also at points that others hold out of the casing, as they do here at some speeds."""
-    modes, scene = made_up(seed)
-    modes, scene = modes._replace(axial=lean * modes.normal), scene._replace(friction=1.0)
+    modes, scene = made_up(3)
+    modes, scene = modes._replace(axial=-7.0 * modes.normal), scene._replace(friction=1.0)
     speeds = np.linspace(28.0, 34.0, 8)
     _, bank = integrate(modes, scene, speeds, REVOLUTION)
     ends = [len(textbook(modes, scene, speed, REVOLUTION, **BOOK)[0]) for speed in speeds]

@@ -66,6 +66,10 @@ def test_disk_of_sectors_is_the_disk_meshed_whole(sector, disk):
     np.testing.assert_allclose(f, g, rtol=1e-9)
     blades = (d.row_blade[d.row[d.contact_node, 0]] for d in (turned, disk))
     np.testing.assert_array_equal(*blades)
+    rows = (neutral.contact_rows(d).ravel() for d in (turned, disk))  # in the same order around
+    seen, whole = (np.linalg.inv(d.stiffness[0].toarray())[np.ix_(at, at)]
+                   for d, at in zip((turned, disk), rows, strict=True))  # fmt: skip
+    np.testing.assert_allclose(seen, whole, atol=1e-9 * np.abs(whole).max())
 
 
 def test_nodal_diameters_of_a_sector_are_all_modes_of_the_disk(sector, disk):
@@ -448,4 +452,6 @@ def test_normals_go_through_a_file_and_a_cylinder_needs_none():
     model = neutral.from_arrays(one_mass())
     back = neutral.from_arrays(neutral.to_arrays(model))
     np.testing.assert_array_equal(back.contact_normal, [[C, 0.0, S]])
+    face = reduced.reduced_model(back, 0.0).interface
+    np.testing.assert_allclose([face.normal, face.axial], [[[C, 0.0, S]], [[-S, 0.0, C]]])
     assert "contact_normal" not in neutral.to_arrays(neutral.from_arrays(one_mass((1.0, 0.0, 0.0))))

@@ -119,27 +119,6 @@ def tip_motion(blade, field):
     return to_cartesian(nodes, field[blade.tips])
 
 
-def test_a_straight_slender_blade_shortens_by_half_the_square_of_its_slope():
-    """u_r = -1/2 int w'^2 dx of its own modes, and nothing sideways; radial, along x."""
-    n, length, a, b = 24, 0.4, 0.008, 0.012
-    x = np.linspace(0.1, 0.1 + length, n + 1)
-    y, z = np.array([-a, a, a, -a]) / 2, np.array([-b, -b, b, b]) / 2
-    nodes = np.column_stack([np.repeat(x, 4), np.tile(y, n + 1), np.tile(z, n + 1)])
-    slab = np.arange(4)
-    elements = np.array([np.concatenate([4 * k + slab, 4 * k + 4 + slab]) for k in range(n)])
-    elements = elements[:, [0, 4, 5, 1, 3, 7, 6, 2]]
-    blade = Alone(nodes, elements, slab, 4 * n + slab)
-    bent = blade.bent()
-    middle = blade.phi.reshape(n + 1, 4, 3, P).mean(axis=1)[:, 1:]  # (n + 1, y and z, P)
-    slope = np.diff(middle, axis=0) / (length / n)
-    exact = np.einsum("kdb,kdc->bc", slope, slope) * (length / n)
-    signs = np.sign(np.einsum("cda,cda->a", tip_motion(blade, blade.phi), bent.modes))
-    told = bent.tips[:, 0].mean(axis=0) * np.outer(signs, signs)
-    np.testing.assert_allclose(told, exact, atol=0.02 * np.abs(exact).max())
-    sideways = bent.tips[:, 1:].mean(axis=0)
-    assert np.abs(sideways).max() < 1e-3 * np.abs(exact).max()
-
-
 @pytest.fixture(scope="module")
 def blisk(twisted):
     """Arrays of one sector of a blisk of this blade, with its second order."""
@@ -188,15 +167,15 @@ def test_signs_do_not_depend_on_what_stiffens_the_disk(fan):
 
 def test_units_and_sense_of_rotation_change_numbers_and_not_the_blade(blisk, fan):
     """Radial parts stay, tangential and axial ones turn round with the axes; C has none."""
-    length, mass = 1e3, 1e-3  # of a model in mm, t
+    length, mass, time = 1e3, 1e-3, 1e3  # of a model in mm, t, ms
     there = dict(blisk)
-    for name in ("K", "M", "K_blade"):  # in N/mm, and in t
-        there[f"{name}/data"] = 1e-3 * blisk[f"{name}/data"]
+    for name, power in (("K", 2), ("M", 0), ("K_blade", 2)):
+        there[f"{name}/data"] = mass / time**power * blisk[f"{name}/data"]
     there["nodes"] = blisk["nodes"] * length
     there["second_order_tips"] = blisk["second_order_tips"] / (mass * length)
     there["second_order_modes"] = blisk["second_order_modes"] / np.sqrt(mass)
-    there["second_order_blade"] = blisk["second_order_blade"] / (length * np.sqrt(mass))
-    there["units"] = np.array("mm t s")
+    there["second_order_blade"] = blisk["second_order_blade"] / (length * np.sqrt(mass) * time**2)
+    there["units"] = np.array("mm t ms")
     own, other = neutral.from_arrays(blisk).bent, neutral.from_arrays(there).bent
     for a, b in zip(own, other, strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12 * np.abs(a).max())
@@ -207,7 +186,7 @@ def test_units_and_sense_of_rotation_change_numbers_and_not_the_blade(blisk, fan
     np.testing.assert_array_equal(back.coupling, own.coupling)
     again = neutral.from_arrays(neutral.to_arrays(fan[1])).bent
     for a, b in zip(fan[1].bent, again, strict=True):
-        np.testing.assert_array_equal(a, b)
+        np.testing.assert_allclose(a, b, rtol=1e-14)  # means of sums that are rounded
 
 
 def test_directions_are_those_of_a_conical_casing(fan):

@@ -35,7 +35,7 @@ def file(tmp_path):
     config = Config.from_yaml(TINY + "limits: {amplitude_mm: 35, stress_mpa: 1e4}\n")
     config = config.replace({"output": str(tmp_path / "x.h5")})
     lay_out(config.output, config)
-    sizes = np.array([[40, 30, 20], [10, 20, 50], [28, 30, 29], [10, 30, 12]]) * 1e-3
+    sizes = np.array([[40, 30, 20], [10, 20, 50], [20, 30, 29], [10, 30, 12]]) * 1e-3
     states = [[AVERAGED, 1, 1], [1, 1, NOT_STEADY], [1, STEADY, 1], [1, AVERAGED, 1]]
     with studies.open_result(config.output, mode="r+") as found:
         contact_file.write_tuned(
@@ -172,8 +172,9 @@ def test_the_default_step_holds_and_one_that_does_not_is_marked(tmp_path, monkey
     assert marked == (not holds)
 
 
-def test_a_disk_is_followed_as_a_study_with_longer_times_does(tmp_path):
+def test_a_disk_is_followed_as_a_study_with_longer_times_does(tmp_path, monkeypatch):
     """The first check of the paper's rule comes too early, and says nothing of the time after."""
+    monkeypatch.setattr(second_order, "problem_of", lambda *_: None)  # a kernel less to compile
     keys = FOUR_BLADES | {"steady_state.rule": "last_window", "speeds.from_hz": 93.5}
     config, peaks = Config().replace(keys), {}
     for factor in (1, 4):
@@ -187,22 +188,12 @@ def test_a_disk_is_followed_as_a_study_with_longer_times_does(tmp_path):
     assert peaks[1][1] == peaks[4][0] != peaks[1][0]
 
 
-def test_the_reference_is_as_uncertain_as_the_median_of_the_tuned_runs(file):
-    below, above = shared_uncertainty(file)
+@pytest.mark.parametrize("runs", [RUNS, np.append(RUNS, np.nan)])
+def test_the_reference_is_as_uncertain_as_the_median_of_the_runs_with_a_result(runs):
+    file = File(TINY, tuned__run_peaks_m=runs, tuned__reference_amplitude_m=0.03)
     low, high = np.ravel(percentile_interval(RUNS, [50.0], 1.96))
-    assert 1.0 - below == pytest.approx(0.03 / high)
-    assert 1.0 + above == pytest.approx(0.03 / low)
-    assert below > 0.0
-    assert above > 0.0
-
-
-def test_a_tuned_run_without_a_result_leaves_their_median_as_certain_as_the_others_do():
-    found = [
-        shared_uncertainty(File(TINY, tuned__run_peaks_m=runs, tuned__reference_amplitude_m=0.03))
-        for runs in (RUNS, np.append(RUNS, np.nan))
-    ]
-    np.testing.assert_array_equal(*found)
-    assert (found[0] > 0.0).all()
+    assert 0.03 / low > 1.0 > 0.03 / high
+    np.testing.assert_allclose(shared_uncertainty(file), [1.0 - 0.03 / high, 0.03 / low - 1.0])
 
 
 def test_limits_have_a_probability_with_its_interval(file):

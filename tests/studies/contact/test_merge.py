@@ -239,12 +239,6 @@ def test_overlapping_samples_must_agree(folder, capsys):
     assert_nothing_is_left(folder)
 
 
-def test_an_existing_file_is_kept(folder, capsys):
-    shutil.copy("single.h5", "whole.h5")
-    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
-    assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
-
-
 def test_a_part_is_never_replaced_by_the_whole(folder, capsys):
     """Without the name of the whole, the first part would be: its samples would be lost."""
     for parts_left in (THREE[1:], THREE):
@@ -252,6 +246,8 @@ def test_a_part_is_never_replaced_by_the_whole(folder, capsys):
         assert "part-1-of-3.h5 is a part of a study and is not replaced" in line
     assert merge.main(["whole.h5", *THREE]) == 0
     assert_merged_is_single()
+    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
+    assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
 
 
 @pytest.mark.parametrize(
@@ -291,6 +287,8 @@ def test_parts_cover_everything_once(count):
         seen[part.samples] += 1
         outputs.add(part.output)
         assert len(part.samples) - 23 // count in (0, 1)
+        with pytest.raises(InputError, match="cannot be cut again"):
+            parts.cut(part, 1, 2)
     assert (seen == 1).all()
     assert len(outputs) == count
 
@@ -309,9 +307,3 @@ def test_wrong_parts_are_one_line(folder, capfd, part, message):
     assert run_here("study.yaml", *f"--part={part}".split()) == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert message in line
-
-
-def test_there_are_no_parts_of_parts():
-    whole = config.Config()
-    with pytest.raises(InputError, match="cannot be cut again"):
-        parts.cut(parts.cut(whole, 1, 2), 1, 2)

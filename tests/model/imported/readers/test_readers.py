@@ -1,9 +1,6 @@
 """Readers: a small sector written in the formats of other programs is the sector."""
 
 import re
-import sys
-import tracemalloc
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -248,32 +245,6 @@ def test_matrix_market(tmp_path, exact):
     read["dof"][:, 0] = len(number) - 1 - read["dof"][:, 0]
     assert set(neutral.from_arrays(read).fixed) == set(exact.fixed)
     same_model(read, exact)
-
-
-def test_held_rows_of_a_large_model_take_memory_in_proportion():
-    """A table of rows by held rows took 2 GB for 100,000 dof with a tenth of them held."""
-    dof = np.column_stack([np.repeat(np.arange(5000), 3), np.tile([1, 2, 3], 5000)])
-    held = dof[dof[:, 1] != 2]
-    tracemalloc.start()
-    rows = matrix_market._fixed(held, dof)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert (dof[rows] == held).all()
-    assert peak < 100 * dof.nbytes
-
-
-def test_matrices_of_old_and_new_versions_of_pynastran(tmp_path, monkeypatch):
-    """Pairs (form, matrix), or objects with the matrix as their data."""
-    from hpcrub.model.imported.readers import nastran
-
-    read = {"kgg": SimpleNamespace(data=np.eye(2)), "mgg": (6, 3.0 * np.eye(2))}
-    library = SimpleNamespace(read_op4=lambda path, debug: read)
-    monkeypatch.setitem(sys.modules, "pyNastran", SimpleNamespace())
-    monkeypatch.setitem(sys.modules, "pyNastran.op4", SimpleNamespace())
-    monkeypatch.setitem(sys.modules, "pyNastran.op4.op4", library)
-    (tmp_path / "disk.op4").write_text("any")
-    found = nastran.op4_matrices(tmp_path / "disk.op4")
-    assert {key: matrix.trace() for key, matrix in found.items()} == {"KGG": 2.0, "MGG": 6.0}
 
 
 def test_ansys():
