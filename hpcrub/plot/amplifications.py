@@ -15,7 +15,6 @@ from matplotlib.ticker import FixedLocator, LogLocator
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
-from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
 from hpcrub.plot.families import labels, level_colours, reference
 from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, marker
@@ -211,7 +210,9 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
         explain(panel, [LINEAR], at)
         draw_curves(panel, sigma, values, at, LINEAR)
         if file.config.aero.exists:
-            draw_limit(panel, file, d)
+            limit = file.read("aero/largest_amplification", d)
+            if np.isfinite(limit):
+                panel.axhline(limit, label="limit (Whitehead)", **DOTTED)
         panel.set_title(f"$n_d$ = {diameters[d]}")
     canvas.figure.suptitle(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-3:]:

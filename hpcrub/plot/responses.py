@@ -19,7 +19,6 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import findings, layout, measured
 from hpcrub.studies.contact.survey import unstable_peak
 
-MOST_SAMPLES = 20_000  # largest number of samples of a level in the band of a frequency response
 SCATTER = "± standard deviation of the windows"
 MOST_LINES = 5  # responses in one panel besides the reference; of more, each gets a panel
 SPEED = "speed of rotation [Hz]"
@@ -127,10 +126,9 @@ def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: f
     if file.config.pattern_deviation is not None:
         draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
         return
-    done = file.status[-1, :MOST_SAMPLES] == DONE
-    lost = (file.read("samples/point_status", (-1, slice(MOST_SAMPLES))) == DIVERGED).any(axis=0)
+    lost = (file.read("samples/point_status", -1) == DIVERGED).any(axis=0)
     name = name or layout.amplitude(file.config)
-    amplitude = scale * file.read(f"samples/{name}", (-1, slice(MOST_SAMPLES)))[done]
+    amplitude = scale * file.read(f"samples/{name}", -1)[file.status[-1] == DONE]
     speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles
     known = np.isfinite(amplitude).any(axis=0)
     level = f"±{100 * file.read('half_range')[-1]:.3g} %"
