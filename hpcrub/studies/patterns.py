@@ -117,12 +117,6 @@ class Rounds:
         self.percentile[here], self.worse_by[here] = compare(known, self.config.patterns.percentile)
         self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
 
-    def missing_in_contact(self) -> list[tuple[int, int]]:
-        """Pairs of pattern and sample of the pending disks in contact."""
-        here = np.append(0, self.left)
-        rows, samples = np.nonzero(self.contact_status[here] == PENDING)
-        return list(zip(here[rows].tolist(), samples.tolist(), strict=True))
-
 
 class PatternStudy(Trials):
     """Patterns of blade types, ranked by the amplification of disks with random mistuning."""
@@ -178,7 +172,9 @@ class PatternStudy(Trials):
         rounds = Rounds(file)
         known = {name: getattr(rounds, name) for name in ("n_disks", "percentile", "worse_by")}
         if rounds.missing is None:
-            tasks = rounds.missing_in_contact()
+            here = np.append(0, rounds.left)
+            rows, samples = np.nonzero(rounds.contact_status[here] == PENDING)
+            tasks = list(zip(here[rows].tolist(), samples.tolist(), strict=True))
             n_all = int(np.count_nonzero(self.parts(file))) + len(tasks)
             how = "disks in contact", "contact_status"
             return Round(tasks, known, n_all, *how)
@@ -240,7 +236,9 @@ class PatternStudy(Trials):
         for p in [*rounds.left, 0]:
             line = f"{in_letters(rounds.words[p]):{n_blades + 6}}{_in_words(known[p])}"
             line += ", worse for certain" if rounds.worse_by[p] > 0.0 else ""
-            line += _in_contact(file, p)
+            if len(size := finite(1e3 * file.read("contact_amplitude_m", p))):
+                high = f"{np.percentile(size, asked.percentile):.4g} ({asked.percentile:g})"
+                line += f", in contact {np.median(size):.4g} mm (percentile 50), {high}"
             least = finite(file.read("least_damping_ratio", p))
             if len(least):
                 line += f", damping ratio down to {least.min():.3g}"
@@ -280,16 +278,6 @@ class PatternStudy(Trials):
 
 def _in_words(percentile: float) -> str:
     return f"{percentile:.3f}" if np.isfinite(percentile) else "infinite (flutter)"
-
-
-def _in_contact(file: ResultFile, pattern: Any) -> str:
-    """Percentiles of the amplitudes in contact of a pattern's disks, in words."""
-    size = finite(1e3 * file.read("contact_amplitude_m", pattern))
-    if not size.size:
-        return ""
-    at = file.config.patterns.percentile
-    middle, high = np.median(size), np.percentile(size, at)
-    return f", in contact {middle:.4g} mm (percentile 50), {high:.4g} ({at:g})"
 
 
 STUDY = PatternStudy()

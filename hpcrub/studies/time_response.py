@@ -55,14 +55,6 @@ def _times(config: Config) -> list[Any]:
     return [number / (span[0] * turn.blocks_per_revolution) for number in blocks]
 
 
-def _judged(followed: Any, task: Any) -> Iterator[Any]:
-    """Status and amplitude of a disk, and the time of the check that they come from."""
-    yield "judged_s", task, followed.time
-    yield "point_status", task, followed.verdict.status
-    yield "amplitude_m", task, followed.verdict.amplitude
-    yield "amplitude_error_m", task, followed.verdict.error
-
-
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
     """Gap of every tip, (T, n_c) [m], to a casing that does not move."""
     clearance = scene.at(speed_hz).clearance + scene.interface.clearance
@@ -193,7 +185,10 @@ class TimeResponse(StudyInTime):
                 yield name, task, values
         yield from _tests(followed, task, tangential[followed.seen])
         if not status.are_fatal(reason):
-            yield from _judged(followed, task)
+            yield "judged_s", task, followed.time
+            yield "point_status", task, followed.verdict.status
+            yield "amplitude_m", task, followed.verdict.amplitude
+            yield "amplitude_error_m", task, followed.verdict.error
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Amplitudes and the times from which they are known, or reasons why there are none."""

@@ -128,7 +128,9 @@ class MonteCarlo(Job):
         if self.prepared and self.prepared.basis:
             n_together = together(len(self.speeds_hz), max(self.prepared.scene.lanes))
         most = most_parts(len(self.speeds_hz))
-        self.tasks = ContactTasks(self._pending(), n_pending, most, n_together)
+        places = np.argwhere(self.status.T == PENDING)[:, ::-1]
+        pending = (tuple(place) for place in places.tolist())
+        self.tasks = ContactTasks(pending, n_pending, most, n_together)
         return self.reference, len(self.tasks)
 
     def _tuned_disk(self) -> Any:
@@ -180,12 +182,6 @@ class MonteCarlo(Job):
         tasks = [SweepPart(disk, part, cut) for disk in range(n) for part in range(cut)]
         self.team.run_tasks(tasks, compute, collect)
         return [amplification.join(of_disk) for of_disk in parts] if self.team.rank == 0 else []
-
-    def _pending(self) -> Iterator[Any]:
-        """Pairs (level, sample) of the samples to compute."""
-        for sample in range(self.status.shape[1]):
-            for level in np.flatnonzero(self.status[:, sample] == PENDING):
-                yield int(level), sample
 
     # any rank
 

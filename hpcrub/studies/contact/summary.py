@@ -43,7 +43,8 @@ def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     yield from effects.lines(file)
     is_one = file.config.pattern_deviation is not None
     yield from (limits.limit_lines if is_one else limits.chance_table)(file, usable)
-    yield from point_lines(counts)
+    yield from point_status.lines(counts.reasons, counts.n_points)
+    yield f"contact forces: at most {counts.sweeps} sweeps of the solver in a step"
 
 
 def tuned_line(file: ResultFile) -> str:
@@ -106,9 +107,3 @@ def interval_table(file: ResultFile, alike: Sequence[Kind]) -> Table:
             cells = (interval_in_words(*part, form=form) for part in parts)
             table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
     return table
-
-
-def point_lines(found: survey.Survey) -> Iterator[str]:
-    """Numbers of points by the reason why they have no result, and sweeps of the force solver."""
-    yield from point_status.lines(found.reasons, found.n_points)
-    yield f"contact forces: at most {found.sweeps} sweeps of the solver in a step"
