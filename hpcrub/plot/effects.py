@@ -191,27 +191,22 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     (tips, motion), (share, grows) = canvas.panels(2, 2, (13.0, 9.6))
     draw_all(tips, file)
     draw_all(motion, file, "casing_motion_m")
-    _write_waves(motion, file)
+    speeds, waves = file.read("speeds_hz"), file.read("tuned/casing_waves")
+    moved = 1e3 * file.read("tuned/casing_motion_m")
+    for i in range(0, len(speeds), max(1, len(speeds) // 12)):
+        if np.isfinite(moved[i]):
+            motion.annotate(
+                f"{waves[i]:.0f}", (speeds[i], moved[i]), xytext=(0, 7), ha="center",
+                textcoords="offset points", fontsize=10, zorder=5,
+                path_effects=[withStroke(linewidth=3, foreground="w")],
+            )  # fmt: skip
+    motion.margins(y=0.12)  # room for the numbers below the title
     tips.set(ylabel="largest $|u_t|$ of a tip [mm]", title="tips")
     motion.set(ylabel="largest radial motion [mm]", title="casing (numbers: waves n, tuned disk)")
     draw_all(share, file, "casing_energy_share", 100)
     share.set(ylabel="energy of the casing [%]", title="at the end of a run")
     _draw_runaway(grows, file)
     canvas.note(*findings.short(file))
-
-
-def _write_waves(axes: Axes, file: ResultFile) -> None:
-    """Write the waves n that move most beside points of the tuned disk."""
-    speeds, waves = file.read("speeds_hz"), file.read("tuned/casing_waves")
-    moved = 1e3 * file.read("tuned/casing_motion_m")
-    for i in range(0, len(speeds), max(1, len(speeds) // 12)):
-        if np.isfinite(moved[i]):
-            axes.annotate(
-                f"{waves[i]:.0f}", (speeds[i], moved[i]), xytext=(0, 7), ha="center",
-                textcoords="offset points", fontsize=10, zorder=5,
-                path_effects=[withStroke(linewidth=3, foreground="w")],
-            )  # fmt: skip
-    axes.margins(y=0.12)  # room for the numbers below the title
 
 
 def _draw_runaway(axes: Axes, file: ResultFile) -> None:

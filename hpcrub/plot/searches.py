@@ -90,18 +90,11 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
 def rare(canvas: Canvas, file: ResultFile) -> None:
     """Probability of exceeding parts of the limit, with 95 % intervals."""
     axes = canvas.panels(1, 1, (8.5, 5.2))[0, 0]
-    size = severities(file)[: last_estimate(file)[0]]
-    if np.isfinite(size).any():
-        _draw_tail(axes, size)
     canvas.note(probability_in_words(file))
-
-
-def _draw_tail(axes: Axes, size: np.ndarray) -> None:
-    """Draw the probability of exceeding parts of the limit.
-
-    size: of n disks, in parts of the limit (n,); NaN: beyond all parts.
-    """
+    size = severities(file)[: last_estimate(file)[0]]  # in parts of the limit; NaN: beyond all
     n, known = len(size), finite(size)
+    if not len(known):
+        return
     low, high = np.quantile(known, 0.3), max(1.0, known.max())
     at = np.linspace(low, high + 0.1 * (high - low), 40)
     above = n - np.searchsorted(np.sort(known), at, side="right")

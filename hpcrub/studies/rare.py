@@ -60,7 +60,18 @@ class Rare(Trials):
         yield from trials.limit_problems(config)
         if config.pattern_deviation is not None:
             yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
-        yield from _samples_problems(config)
+        n, (error, below) = config.mistuning.samples, goal_of(config)
+        if below is not None and n < (needed := n_to_be_below(below, 0, Z_OF_TESTS)):
+            yield (
+                f"mistuning.samples: {n:,} disks cannot show that a probability is below "
+                f"limits.probability_below {below:g}, even if none of them exceeds the limit; "
+                f"{needed:,} can (6/P), or leave samples out"
+            )
+        if error is not None and not Goal(error, None).is_met(n, n):
+            yield (
+                f"mistuning.samples: {n:,} disks tell no probability to limits.probability_error "
+                f"{error:g} of itself; leave samples out"
+            )
 
     def needs(self, config: Config) -> str:
         """Number of disks that the goal needs, in words."""
@@ -150,22 +161,6 @@ def probability_in_words(file: ResultFile) -> str:
     n_above = np.count_nonzero(beyond(file)[:n])
     side = ("not certainly below", "above", "below")[goal_of(file.config).side(n_above, n)]
     return f"{text}, {side} the {percent(limits.probability_below)} % asked for"
-
-
-def _samples_problems(config: Config) -> Iterator[str]:
-    """Error lines about goals that all samples together cannot meet, whatever they show."""
-    n, (error, below) = config.mistuning.samples, goal_of(config)
-    if below is not None and n < (needed := n_to_be_below(below, 0, Z_OF_TESTS)):
-        yield (
-            f"mistuning.samples: {n:,} disks cannot show that a probability is below "
-            f"limits.probability_below {below:g}, even if none of them exceeds the limit; "
-            f"{needed:,} can (6/P), or leave samples out"
-        )
-    if error is not None and not Goal(error, None).is_met(n, n):
-        yield (
-            f"mistuning.samples: {n:,} disks tell no probability to limits.probability_error "
-            f"{error:g} of itself; leave samples out"
-        )
 
 
 STUDY = Rare()

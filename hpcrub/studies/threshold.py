@@ -147,7 +147,15 @@ class Threshold(trials.Trials):
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""
         yield crossing_in_words(file)
-        yield from other_crossings(file)
+        search, value = search_of(file), file.read("value")
+        crossings = search.crossings()
+        if len(crossings) > 1:
+            sides = search.sides()
+            words = (
+                f"between {value[a]:g} and {value[b]:g} it {'falls' if sides[a] > 0 else 'rises'}"
+                for a, b in crossings
+            )
+            yield f"the probability crosses the target several times: {'; '.join(words)}"
         yield from by_limit_line(file)
         n_done, n_values = int(file.read("n_disks").sum()), len(file.read("value"))
         seen = np.count_nonzero(file.read("n_disks") > 1)
@@ -305,19 +313,6 @@ def crossing_in_words(file: ResultFile) -> str:
         where = ", ".join(f"{v:g}" for v in doubtful)
         return f"{is_} {name} of {at}{unit} ({asked.key}), with 99 % confidence; not known: {where}"
     return f"{is_} all values tried: {range_of}; at {at}{unit} with 99 % confidence"
-
-
-def other_crossings(file: ResultFile) -> Iterator[str]:
-    """Lines about all crossings, where there are several."""
-    search, value = search_of(file), file.read("value")
-    crossings = search.crossings()
-    if len(crossings) > 1:
-        sides = search.sides()
-        words = (
-            f"between {value[a]:g} and {value[b]:g} it {'falls' if sides[a] > 0 else 'rises'}"
-            for a, b in crossings
-        )
-        yield f"the probability crosses the target several times: {'; '.join(words)}"
 
 
 STUDY = Threshold()

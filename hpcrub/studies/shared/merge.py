@@ -98,7 +98,13 @@ def _survey(out: Any, paths: Any, samples: Any) -> tuple[Any, Any, Any]:
                 raise InputError(f"parts of different studies: {'; '.join(other)}")
             config = config or mine
             if part_tuned and tuned:
-                _same_tuned(tuned, tuned_path, part_tuned, path)
+                for name in sorted(tuned):
+                    if tuned[name].tobytes() != part_tuned[name].tobytes():
+                        raise InputError(
+                            f"the tuned disk of {tuned_path} and of {path} is not the same "
+                            f"({name}): they were computed on different kinds of processors, or "
+                            "with different libraries"
+                        )
             elif part_tuned:
                 tuned, tuned_path = part_tuned, path
             warned |= dict.fromkeys(part.warnings)
@@ -135,15 +141,6 @@ def _tuned(part: Any) -> Any:
     if not run_of(part.config).study.has_tuned(part):
         return None
     return {name: part.read(name) for name in _names(part, "tuned/")}
-
-
-def _same_tuned(tuned: Any, path: Any, other_tuned: Any, other_path: Any) -> None:
-    differ = [n for n in sorted(tuned) if tuned[n].tobytes() != other_tuned[n].tobytes()]
-    if differ:
-        raise InputError(
-            f"the tuned disk of {path} and of {other_path} is not the same ({differ[0]}): "
-            "they were computed on different kinds of processors, or with different libraries"
-        )
 
 
 def _fill(path: Any, parts_paths: Any, run: Any, tuned: Any) -> Any:
