@@ -21,7 +21,8 @@ from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, marker
 from hpcrub.results.samples import SEEN, of_levels
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence, finite, with_interval
-from hpcrub.studies.contact import layout, measured
+from hpcrub.studies.contact import layout
+from hpcrub.studies.contact import summary as contact_summary
 from hpcrub.studies.contact.survey import shared_uncertainty
 
 MOST_PANELS = 6  # files that get a panel each; more files are rows of one panel
@@ -140,7 +141,7 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
     axes.set(ylim=(len(files) - 0.5, -0.5), xlabel=AMPLIFICATION)
 
 
-def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
+def draw_disks(axes: Axes, found: list[contact_summary.Disk]) -> None:
     """Draw both amplifications of measured disks, a row each; the one in contact has intervals."""
     rows = np.array([disk.number for disk in found], dtype=float)
     contact, linear = np.transpose([(disk.amplification, disk.linear) for disk in found])

@@ -16,7 +16,8 @@ from hpcrub.plot.families import labels, lost_disks, reference
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, DOTTED, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact import findings, layout, measured
+from hpcrub.studies.contact import findings, layout
+from hpcrub.studies.contact import summary as contact_summary
 from hpcrub.studies.contact.survey import unstable_peak
 
 SCATTER = "± standard deviation of the windows"
@@ -36,7 +37,7 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
     """
     left, right = canvas.panels(1, 2, (13.5, 5.8))[0]
     if file.config.pattern_deviation is None:
-        disks = list(measured.disks(file)) if measured.are_few(file) else []
+        disks = list(contact_summary.disks(file)) if contact_summary.are_few(file) else []
         if 0 < len(disks) <= MOST_LINES:
             for disk, colour in zip(disks, COLOURS, strict=False):
                 draw_response(left, file, "samples", disk.where, colour, f"disk {disk.number}")
@@ -148,7 +149,7 @@ def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: f
     axes.plot(speeds, band[1], ".-", ms=3, color=BLUE, lw=1.6, label=f"{level}, median")
 
 
-def _draw_amplifications(axes: Axes, file: ResultFile, disks: list[measured.Disk]) -> None:
+def _draw_amplifications(axes: Axes, file: ResultFile, disks: list[contact_summary.Disk]) -> None:
     """Draw percentiles of both amplifications against the level, or in a row for a single level.
 
     Each of a few measured disks has a row, because percentiles of a few disks say nothing.

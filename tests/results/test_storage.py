@@ -15,7 +15,7 @@ from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError, WriteError
 from hpcrub.results import layout, model_file, ownership, storage
 from hpcrub.runs import result_files
-from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import layout as contact_file
 from hpcrub.studies.contact import study as contact_study
 from tests.program import ROOT, TINY, error_lines, lay_out, names_in, refusal, run_here
 

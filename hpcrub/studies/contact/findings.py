@@ -17,8 +17,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import FAR_OFF, MOST_LOST, REMARK, SINGLE, USELESS, Finding, Verdict
 from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
-from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import second_order, survey
+from hpcrub.studies.contact import layout, second_order, survey
 
 NO_CONTACT = (
     "no contact: the casing reaches the blades at no speed, so that no disk moves and no limit is "
@@ -48,7 +47,7 @@ def short(file: ResultFile) -> list[str]:
 
 
 def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
-    if contact_file.is_untouched(file):
+    if layout.is_untouched(file):
         yield Finding(REMARK, "no contact", NO_CONTACT)
         return
     config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY]) - counts.growing

@@ -28,8 +28,7 @@ from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, own_modes_of, rubbing_modes
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics import percentiles
-from hpcrub.studies.contact import amplification, findings, second_order
-from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import amplification, findings, layout, second_order
 from hpcrub.studies.contact.layout import kinds
 from hpcrub.studies.contact.tasks import ContactTasks, SweepPart, most_parts, n_parts, together
 
@@ -242,7 +241,7 @@ class MonteCarlo(Job):
         except BAD_NUMBERS as error:
             message = _words(error)
         began = time.perf_counter()
-        contact_file.write_sample(self.file, *place, values)
+        layout.write_sample(self.file, *place, values)
         ended = time.perf_counter()
         work = Work(1, response.n_steps, response.seconds + ended - start, ended - began)
         numbers = tuple(values.get(kind.of, np.nan) for kind in self.kinds)
@@ -327,9 +326,9 @@ class MonteCarlo(Job):
         n = length and length * self.config.convergence.step
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
             for level, running in enumerate(self._running(numbers, n)):
-                contact_file.write_statistics(self.file, kind, level, running)
+                layout.write_statistics(self.file, kind, level, running)
         if self.reference and self.reference.usable:
-            contact_file.write_verdict(self.file, findings.verdict(self.file))
+            layout.write_verdict(self.file, findings.verdict(self.file))
 
 
 def _words(error: Any) -> str:
