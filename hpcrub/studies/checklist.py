@@ -155,28 +155,20 @@ class Checklist(Trials):
                 severity = USELESS if change.is_error else SINGLE
                 yield Finding(severity, words, f"{words}: {change.key}")
         for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=True):
-            yield from _moves(change, mean, error)
-
-
-def _moves(change: Change, mean: float, error: float) -> Iterator[Finding]:
-    """Finding about a change of all disks, by the most that it may be of more disks.
-
-    A change of the computation that few disks leave open is not called small.
-    """
-    most, words = abs(mean) + error, f"{change.what} moves the answer by {100 * mean:+.2g} %"
-    if not change.is_error:
-        if _is_shown(mean, error):
-            yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
-        return
-    advice = f"{words}: {change.key}"
-    if not _is_shown(mean, error):
-        words = f"{change.what} may move the answer by up to {100 * most:.2g} %"
-        advice = (
-            f"{words} ({100 * mean:+.2g} ± {100 * error:.2g} %): {change.key}, or more "
-            "checklist.disks tell whether it does"
-        )
-    if most > LEAST_CHANGE:
-        yield Finding(USELESS if most > LARGE_CHANGE else SINGLE, words, advice)
+            words = f"{change.what} moves the answer by {100 * mean:+.2g} %"
+            if not change.is_error:
+                if _is_shown(mean, error):
+                    yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
+                continue
+            advice, most = f"{words}: {change.key}", abs(mean) + error
+            if not _is_shown(mean, error):  # few disks leave it open: it is not called small
+                words = f"{change.what} may move the answer by up to {100 * most:.2g} %"
+                advice = (
+                    f"{words} ({100 * mean:+.2g} ± {100 * error:.2g} %): {change.key}, or more "
+                    "checklist.disks tell whether it does"
+                )
+            if most > LEAST_CHANGE:
+                yield Finding(USELESS if most > LARGE_CHANGE else SINGLE, words, advice)
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:

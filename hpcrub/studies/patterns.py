@@ -195,30 +195,24 @@ class PatternStudy(Trials):
         added = [types[prepared.types[pattern]] for pattern, _ in tasks]
         if isinstance(tasks[0][1], slice):
             for task, pattern in zip(tasks, added, strict=True):
-                yield task, list(self._linear(config, prepared, task, pattern, poll))
+                results = []
+                for sample in range(task[1].start, task[1].stop):
+                    blades = deviation(config, 0, sample) + pattern
+                    modes = modes_of(config, prepared.problem, blades)
+                    size = linear_amplitude(config, prepared.problem, modes, blades)
+                    least = modes.waves.damping_ratio.min() if modes.waves else np.nan
+                    ratio = size / prepared.tuned if np.isfinite(size) else np.nan
+                    results.append((ratio, least))
+                    poll()
+                names = "amplification", "least_damping_ratio"
+                columns = zip(names, np.transpose(results), strict=True)
+                yield task, [(name, task, values) for name, values in columns]
             return
         disks = zip(tasks, added, strict=True)
         blades = [deviation(config, 0, disk) + pattern for (_, disk), pattern in disks]
         for k, found in peaks_of(config, prepared.problem, blades, poll):
             amplitude = "contact_amplitude_m", tasks[k], found["peak_amplitude_m"]
             yield tasks[k], [amplitude, ("peak_status", tasks[k], found["peak_status"])]
-
-    def _linear(
-        self, config: Config, prepared: Prepared, task: tuple, added: np.ndarray, poll: Poll
-    ) -> Iterator[Values]:
-        """Linear analysis of a slice of disks; added: the pattern of their blades (N,) [-]."""
-        _, disks = task
-        samples = range(disks.start, disks.stop)
-        results = np.empty((2, len(samples)))
-        for i, sample in enumerate(samples):
-            blades = deviation(config, 0, sample) + added
-            modes = modes_of(config, prepared.problem, blades)
-            size = linear_amplitude(config, prepared.problem, modes, blades)
-            results[0, i] = size / prepared.tuned if np.isfinite(size) else np.nan
-            results[1, i] = modes.waves.damping_ratio.min() if modes.waves else np.nan
-            poll()
-        yield "amplification", task, results[0]
-        yield "least_damping_ratio", task, results[1]
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The patterns left, compared with the disk without a pattern."""

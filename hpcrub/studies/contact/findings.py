@@ -100,21 +100,18 @@ def _checks(file: ResultFile) -> Iterator[Any]:
         advice = "no disk was run with another step, or for longer (mistuning.checked_samples)"
         yield Finding(REMARK, "unchecked step and time", advice)
         return
-    for name, said in (("half_step", HALF_STEP), ("followed", FOLLOWED)):
-        if len(moved := check_moves(file, name)):
-            yield _moved(moved, *said)
-
-
-def _moved(moved: np.ndarray, heading: str, does: str, keys: str) -> Finding:
-    """Finding about a check; moved: relative changes of the peaks, the tuned one first (n,)."""
-    low, high, n = 100 * moved.min(), 100 * moved.max(), len(moved) - 1
-    largest = np.abs(moved).max()
-    whose = f"the peaks of the tuned disk and {counted(n, 'sample')}" if n else "the tuned peak"
-    return Finding(
-        USELESS if largest > FAR_OFF else SINGLE if largest > MOST_LOST else REMARK,
-        f"{heading} by up to {percent(largest)} %",
-        f"{does} {whose} by {low:+.1f} to {high:+.1f} %; where that is too much: {keys}",
-    )
+    for name, (heading, does, keys) in (("half_step", HALF_STEP), ("followed", FOLLOWED)):
+        moved = check_moves(file, name)
+        if not len(moved):
+            continue
+        low, high, n = 100 * moved.min(), 100 * moved.max(), len(moved) - 1
+        largest = np.abs(moved).max()
+        whose = f"the peaks of the tuned disk and {counted(n, 'sample')}" if n else "the tuned peak"
+        yield Finding(
+            USELESS if largest > FAR_OFF else SINGLE if largest > MOST_LOST else REMARK,
+            f"{heading} by up to {percent(largest)} %",
+            f"{does} {whose} by {low:+.1f} to {high:+.1f} %; where that is too much: {keys}",
+        )
 
 
 def check_moves(file: ResultFile, name: str) -> np.ndarray:
