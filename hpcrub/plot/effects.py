@@ -8,8 +8,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from hpcrub.config.text import counted
-from hpcrub.effects.casing_motion import PERMANENT
-from hpcrub.effects.casing_waves import SHOWN
+from hpcrub.effects.casing_motion import PERMANENT, SHOWN
 from hpcrub.effects.coating import REACHED, depth_of_all
 from hpcrub.errors import InputError
 from hpcrub.model.crossings import MEETINGS

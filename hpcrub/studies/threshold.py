@@ -66,7 +66,13 @@ class Threshold(trials.Trials):
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
         yield from trials.limit_problems(config)
-        yield from samples_problems(config)
+        n_disks, target = config.mistuning.samples, config.threshold.probability
+        if n_disks < (needed := statistics.needed_below(target, 0)):
+            yield (
+                f"mistuning.samples: {n_disks:,} disks cannot show that a probability is below "
+                f"threshold.probability {target:g}, even if none of them exceeds the limit; "
+                f"{needed:,} can (5.3/P), or leave samples out"
+            )
         key = config.threshold.key
         if key is None:
             yield "threshold.key: missing; the key whose value is searched for is needed"
@@ -231,17 +237,6 @@ def probabilities(file: ResultFile) -> Table:
             row = f"{value:g}", f"{n:,}", f"{above:,}", f"{percent(above / n)} %", ends
             found.add_row(*row, words[int(side)])
     return found
-
-
-def samples_problems(config: Config) -> Iterator[str]:
-    """Error line about samples that cannot show that the probability is below its target."""
-    most, target = config.mistuning.samples, config.threshold.probability
-    if most < (needed := statistics.needed_below(target, 0)):
-        yield (
-            f"mistuning.samples: {most:,} disks cannot show that a probability is below "
-            f"threshold.probability {target:g}, even if none of them exceeds the limit; "
-            f"{needed:,} can (5.3/P), or leave samples out"
-        )
 
 
 def results(config: Config, search: Search) -> dict[str, Any]:
