@@ -54,8 +54,7 @@ def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
     yield from effects.lines(file)
     is_one = file.config.pattern_deviation is not None
     yield from (limits.limit_lines if is_one else limits.chance_table)(file, usable)
-    yield from point_status.lines(counts.reasons, counts.n_points)
-    yield f"contact forces: at most {counts.sweeps} sweeps of the solver in a step"
+    yield from point_lines(counts)
 
 
 def tuned_line(file: ResultFile) -> str:
@@ -133,6 +132,12 @@ class Disk(NamedTuple):
     localisation: float  # factor at the peak [-]
     not_steady: float  # share of the points that are not steady
     diverged: float  # share of the points that have diverged
+
+
+def point_lines(found: survey.Survey) -> Iterator[str]:
+    """Numbers of points by the reason why they have no result, and sweeps of the force solver."""
+    yield from point_status.lines(found.reasons, found.n_points)
+    yield f"contact forces: at most {found.sweeps} sweeps of the solver in a step"
 
 
 def are_few(file: ResultFile) -> bool:
