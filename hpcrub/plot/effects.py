@@ -61,7 +61,7 @@ def wear(canvas: Canvas, file: ResultFile) -> None:
     if depths.dataLim.y1 >= REACHED * bound:
         rest = f"worn through: {bound:.3g} mm, the rest of {thickness:g} mm is compacted"
         depths.axhline(bound, color=PINK, lw=1.6, ls=":", label=rest)
-    canvas.note(*findings.short(file))
+    canvas.note(*findings.verdict(file).lines[:2])  # and the weightiest finding
 
 
 def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
@@ -205,7 +205,7 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     draw_all(share, file, "casing_energy_share", 100)
     share.set(ylabel="energy of the casing [%]", title="at the end of a run")
     _draw_runaway(grows, file)
-    canvas.note(*findings.short(file))
+    canvas.note(*findings.verdict(file).lines[:2])  # and the weightiest finding
 
 
 def _draw_runaway(axes: Axes, file: ResultFile) -> None:

@@ -50,7 +50,7 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
         draw_all(right, file, "localisation", 100)
         right.set(ylabel="localisation factor [%]", title="Localisation of the amplitudes")
     left.set(ylabel=size(file), title=f"Response in contact, {file.config.casing.words}")
-    canvas.note(*findings.short(file))
+    canvas.note(*findings.verdict(file).lines[:2])  # and the weightiest finding
 
 
 def size(file: ResultFile, name: str | None = None) -> str:

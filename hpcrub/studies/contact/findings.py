@@ -41,11 +41,6 @@ def verdict(file: ResultFile) -> Verdict:
     return Verdict.of(every, of_many=len(file.config.samples) > 1)
 
 
-def short(file: ResultFile) -> list[str]:
-    """Lines for a figure: the verdict, and the weightiest finding."""
-    return verdict(file).lines[:2]
-
-
 def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
     if layout.is_untouched(file):
         yield Finding(REMARK, "no contact", NO_CONTACT)

@@ -90,7 +90,7 @@ class Trials(Study):
             own = self.problem_of(prepared) if of is config else _problem_of(text)
             for k, found in peaks_of(of, own, [case.blades for _, case in alike], poll):
                 task, case = alike[k]
-                # one by its number, the last part of the task
+                # every so many disks, by their number, which is the last part of a task
                 asked = of.mistuning.checked_samples and not run_up.runs_up(of)
                 if "followed_severity" in there and asked and np.ravel(task)[-1] % EVERY == 1:
                     longer = own._replace(scene=followed(own.scene))

@@ -102,16 +102,10 @@ def _steady_words(file: ResultFile) -> str:
 
 
 def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
-    """Tables of all runs and of the percentiles of all disks, and a line about chance."""
-    yield from run_tables(file)
-    yield from limit_lines(file)
-    if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
-        yield percentile_table(file)
-    yield chance_line(file)
+    """Tables of all runs and of the percentiles of all disks, and a line about chance.
 
-
-def run_tables(file: ResultFile) -> Iterator[Table]:
-    """Tables with a row for each rate and leg: sizes, and the disks beside a steady study."""
+    The first tables have a row for each rate and leg: sizes, and the disks beside a steady study.
+    """
     for title, columns in (
         (f"Tuned disk, and most of all disks{_steady_words(file)}", _sizes(file)),
         ("Mistuned disks, all repetitions, over their steady peaks", beside_steady(file)),
@@ -124,6 +118,10 @@ def run_tables(file: ResultFile) -> Iterator[Table]:
                 cells = (f"{values[rate, leg]:.4g}" for values in columns.values())
                 found.add_row(f"{hz_per_s:g}", name, *cells)
         yield found
+    yield from limit_lines(file)
+    if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
+        yield percentile_table(file)
+    yield chance_line(file)
 
 
 def _sizes(file: ResultFile) -> dict[str, np.ndarray]:
