@@ -46,7 +46,7 @@ def full_while_running(folder):
 
 FAILING = """\
 import os
-from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import layout as contact_file
 
 write, n_written = contact_file.write_sample, 0
 

@@ -11,7 +11,7 @@ from rich.table import Table
 from hpcrub.config.schema import PROFILE, Config
 from hpcrub.config.text import counted, is_table, show
 from hpcrub.contact import status
-from hpcrub.effects import casing_waves
+from hpcrub.effects import casing_motion
 from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
@@ -56,8 +56,8 @@ def _one(run: Any, existing: Existing, n_ranks: int) -> Any:
         say(f"warning:              {line}")
     if study.integrates and problem.reduced.casing is not None:
         casing = problem.reduced.casing
-        crossings = casing_waves.interactions(config, problem.reduced, casing)
-        for line in casing_waves.lines(config, casing, crossings):
+        crossings = casing_motion.interactions(config, problem.reduced, casing)
+        for line in casing_motion.wave_lines(config, casing, crossings):
             say(line)
     if not study.cost(config).disks:
         return 0.0

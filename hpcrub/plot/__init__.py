@@ -18,7 +18,6 @@ Every figure is a function of a result file, a path or an open one, and of where
 (`hpcrub.plot.pictures`). `model` shows a model file, which is no result, in three dimensions.
 """
 
-from hpcrub.plot.air import air
 from hpcrub.plot.amplifications import (
     amplitudes,
     convergence_errors,
@@ -26,18 +25,15 @@ from hpcrub.plot.amplifications import (
     percentiles,
     running_means,
 )
-from hpcrub.plot.campbell import campbell
 from hpcrub.plot.canvas import Drawing
-from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
-from hpcrub.plot.histories import time_response
-from hpcrub.plot.maps import branches, interaction_map
+from hpcrub.plot.disks import campbell, casing, disk, mode_shapes, safe_diagram
+from hpcrub.plot.effects import air, casing_motion, casing_waves, wear
+from hpcrub.plot.histories import branches, interaction_map, time_response
 from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.run_ups import run_up
 from hpcrub.plot.samples import contact_over_linear, energy
 from hpcrub.plot.searches import checklist, patterns, rare, threshold
 from hpcrub.plot.solids import model
-from hpcrub.plot.waves import casing_motion, casing_waves
-from hpcrub.plot.wear import wear
 
 FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,

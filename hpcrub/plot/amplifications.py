@@ -15,14 +15,14 @@ from matplotlib.ticker import FixedLocator, LogLocator
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
-from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
 from hpcrub.plot.families import labels, level_colours, reference
 from hpcrub.plot.style import BLACK, BLUE, DOTTED, ORANGE, marker
 from hpcrub.results.samples import SEEN, of_levels
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence, finite, with_interval
-from hpcrub.studies.contact import layout, measured
+from hpcrub.studies.contact import layout
+from hpcrub.studies.contact import summary as contact_summary
 from hpcrub.studies.contact.survey import shared_uncertainty
 
 MOST_PANELS = 6  # files that get a panel each; more files are rows of one panel
@@ -141,7 +141,7 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
     axes.set(ylim=(len(files) - 0.5, -0.5), xlabel=AMPLIFICATION)
 
 
-def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
+def draw_disks(axes: Axes, found: list[contact_summary.Disk]) -> None:
     """Draw both amplifications of measured disks, a row each; the one in contact has intervals."""
     rows = np.array([disk.number for disk in found], dtype=float)
     contact, linear = np.transpose([(disk.amplification, disk.linear) for disk in found])
@@ -211,7 +211,9 @@ def linear(canvas: Canvas, file: ResultFile) -> None:
         explain(panel, [LINEAR], at)
         draw_curves(panel, sigma, values, at, LINEAR)
         if file.config.aero.exists:
-            draw_limit(panel, file, d)
+            limit = file.read("aero/largest_amplification", d)
+            if np.isfinite(limit):
+                panel.axhline(limit, label="limit (Whitehead)", **DOTTED)
         panel.set_title(f"$n_d$ = {diameters[d]}")
     canvas.figure.suptitle(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-3:]:

@@ -1,4 +1,4 @@
-"""Figures of a modal study (disk, frequencies, mode shapes), and of the casing of any input."""
+"""Figures of a modal study (disk, modes, Campbell diagram), and of the casing of any input."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,14 +11,22 @@ from matplotlib.collections import LineCollection
 from hpcrub.config.casing import Casing
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.model import crossings
 from hpcrub.model.casing import ramp
-from hpcrub.model.crossings import folded
+from hpcrub.model.imported import cyclic
+from hpcrub.model.reduction import ReducedModel
 from hpcrub.plot import solids
 from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.responses import SPEED
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, polar
 from hpcrub.results.storage import ResultFile
+from hpcrub.setup.problem import build_model
 from hpcrub.studies import STUDIES
 
+SHOWN = 3  # families
+BEYOND = 1.3  # highest speed of the diagram, in parts of the highest speed of the study
+N_SPEEDS = 60
+MOST_ORDERS = 12  # engine orders whose lines are drawn beside that of the casing
 SHOWN_HZ = 2000.0  # [Hz] up to which the SAFE diagram reaches, at least
 FAMILIES = 4.0  # and at least to this multiple of the first family's frequency
 PARTS = {"blades": BLUE, "ring": ORANGE, "spokes": GREEN}
@@ -126,7 +134,7 @@ def safe_diagram(canvas: Canvas, file: ResultFile) -> None:
     black: dict[str, Any] = {"color": BLACK, "lw": 1.5}
     axes[0].plot(order, critical * order, label=f"excitation at {critical:.4g} Hz", **black)
     axes[0].plot(order, critical * (n_blades - order), **black)
-    excited = folded(n_d, n_blades)
+    excited = crossings.folded(n_d, n_blades)
     family = first[diameters[:n_blades] == excited].mean()
     above = n_d * critical > first.max()
     why = f",\nabove the family's {family:.4g} Hz:\ncontact stiffens the blades" if above else ""
@@ -261,3 +269,68 @@ def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarra
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.set_title(f"radial distances × {EXAGGERATED}")
+
+
+@figure("modal", what="Campbell diagram", alone=False, computed=False)
+def campbell(canvas: Canvas, file: ResultFile) -> None:
+    """Frequencies of the tuned disk over the speed of rotation, in Hz and in rpm.
+
+    Bands are families of blade modes, from their lowest to their highest nodal diameter; the line
+    is the nodal diameter that the casing's order excites, and the mark where they meet. Of the
+    input alone: instead of a result file it takes a `hpcrub.Config`, too.
+    """
+    axes, config = canvas.panels(1, 1, (9.0, 6.2))[0, 0], file.config
+    reduced, order = build_model(config).reduced, config.casing.main_order
+    speeds = np.linspace(0.0, BEYOND * config.speeds.to_hz, N_SPEEDS)
+    diameters = cyclic.tuned_diameters(reduced)
+    highest = 1.15 * _draw_families(axes, reduced, diameters, order, speeds)
+    _draw_orders(axes, order, speeds[-1], highest)
+    if np.isfinite(met := crossings.of_disk(reduced, diameters, order)) and met < speeds[-1]:
+        label = f"order {order} meets family 1 at {met:.4g} Hz, {60.0 * met:,.0f} rpm"
+        axes.plot(met, order * met, "o", color=ORANGE, ms=8, label=label, zorder=4)
+    studied = config.speeds.from_hz, config.speeds.to_hz
+    axes.axvspan(*studied, color="0.93", zorder=0, label="speeds of the study")
+    axes.set(xlabel=SPEED, ylabel="frequency [Hz]", xlim=(0.0, speeds[-1]), ylim=(0.0, highest))
+    rpm = axes.secondary_xaxis("top", functions=(lambda hz: 60.0 * hz, lambda rpm: rpm / 60.0))
+    rpm.set_xlabel("speed of rotation [rpm]")
+
+
+def _draw_families(
+    axes: Axes, reduced: ReducedModel, diameters: np.ndarray, order: int, speeds: np.ndarray
+) -> float:
+    """Draw families of modes with nodal diameters (m,) over speeds [Hz]; returns the highest.
+
+    Families far above what the order reaches are left out.
+    """
+    mine, highest = crossings.folded(order, reduced.interface.n_blades), 0.0
+    for family in range(SHOWN):
+        curves = {}
+        for diameter in sorted(set(diameters)):
+            of_speed = crossings.family_frequency(reduced, diameters, int(diameter), family)
+            if of_speed is not None:
+                rates = [of_speed(2.0 * np.pi * speed) for speed in speeds]
+                curves[diameter] = np.array(rates) / (2.0 * np.pi)
+        known = np.array(list(curves.values()))
+        if not known.size or (family and known.min() > BEYOND * order * speeds[-1]):
+            break
+        shade, label = f"{0.6 + 0.12 * family}", f"family {family + 1}, all nodal diameters"
+        axes.fill_between(speeds, known.min(axis=0), known.max(axis=0), color=shade, label=label)
+        if mine in curves:
+            axes.plot(speeds, curves[mine], color=BLUE, lw=1.4, label=f"{mine} nodal diameters")
+        highest = max(highest, float(known.max()))
+    return highest
+
+
+def _draw_orders(axes: Axes, main: int, fastest: float, highest: float) -> None:
+    """Draw the lines of engine orders up to a speed and a frequency [Hz], with their numbers."""
+    for order in {*range(1, MOST_ORDERS + 1), main}:
+        is_main = order == main
+        axes.plot(
+            [0.0, fastest], [0.0, order * fastest], color=ORANGE if is_main else BLACK,
+            lw=1.6 if is_main else 0.5, label=f"order {order} of the casing" if is_main else None,
+        )  # fmt: skip
+        speed = min(fastest, highest / order)
+        axes.annotate(
+            f"{order}", (speed, order * speed), xytext=(-4, -4), textcoords="offset points",
+            ha="right", va="top", fontsize=9, color=ORANGE if is_main else "0.3",
+        )  # fmt: skip

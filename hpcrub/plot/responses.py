@@ -16,10 +16,10 @@ from hpcrub.plot.families import labels, lost_disks, reference
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, DOTTED, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact import findings, layout, measured
+from hpcrub.studies.contact import findings, layout
+from hpcrub.studies.contact import summary as contact_summary
 from hpcrub.studies.contact.survey import unstable_peak
 
-MOST_SAMPLES = 20_000  # largest number of samples of a level in the band of a frequency response
 SCATTER = "± standard deviation of the windows"
 MOST_LINES = 5  # responses in one panel besides the reference; of more, each gets a panel
 SPEED = "speed of rotation [Hz]"
@@ -37,7 +37,7 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
     """
     left, right = canvas.panels(1, 2, (13.5, 5.8))[0]
     if file.config.pattern_deviation is None:
-        disks = list(measured.disks(file)) if measured.are_few(file) else []
+        disks = list(contact_summary.disks(file)) if contact_summary.are_few(file) else []
         if 0 < len(disks) <= MOST_LINES:
             for disk, colour in zip(disks, COLOURS, strict=False):
                 draw_response(left, file, "samples", disk.where, colour, f"disk {disk.number}")
@@ -50,7 +50,7 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
         draw_all(right, file, "localisation", 100)
         right.set(ylabel="localisation factor [%]", title="Localisation of the amplitudes")
     left.set(ylabel=size(file), title=f"Response in contact, {file.config.casing.words}")
-    canvas.note(*findings.short(file))
+    canvas.note(*findings.verdict(file).lines[:2])  # and the weightiest finding
 
 
 def size(file: ResultFile, name: str | None = None) -> str:
@@ -127,10 +127,9 @@ def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: f
     if file.config.pattern_deviation is not None:
         draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
         return
-    done = file.status[-1, :MOST_SAMPLES] == DONE
-    lost = (file.read("samples/point_status", (-1, slice(MOST_SAMPLES))) == DIVERGED).any(axis=0)
+    lost = (file.read("samples/point_status", -1) == DIVERGED).any(axis=0)
     name = name or layout.amplitude(file.config)
-    amplitude = scale * file.read(f"samples/{name}", (-1, slice(MOST_SAMPLES)))[done]
+    amplitude = scale * file.read(f"samples/{name}", -1)[file.status[-1] == DONE]
     speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles
     known = np.isfinite(amplitude).any(axis=0)
     level = f"±{100 * file.read('half_range')[-1]:.3g} %"
@@ -150,7 +149,7 @@ def draw_samples(axes: Axes, file: ResultFile, name: str | None = None, scale: f
     axes.plot(speeds, band[1], ".-", ms=3, color=BLUE, lw=1.6, label=f"{level}, median")
 
 
-def _draw_amplifications(axes: Axes, file: ResultFile, disks: list[measured.Disk]) -> None:
+def _draw_amplifications(axes: Axes, file: ResultFile, disks: list[contact_summary.Disk]) -> None:
     """Draw percentiles of both amplifications against the level, or in a row for a single level.
 
     Each of a few measured disks has a row, because percentiles of a few disks say nothing.

@@ -71,20 +71,14 @@ def _draw_percentiles(axes: Axes, file: ResultFile) -> None:
         disks = [finite(sizes[:, rate, leg]) for rate in range(len(rates))]
         draw_curves(axes, np.log10(rates), disks, at, looks[-1], from_one=False)
     explain(axes, looks, at)
-    _draw_steady(axes, file, at)
+    if "samples/steady_peak_m" in file:
+        steady = 1e3 * np.percentile(finite(file.read("samples/steady_peak_m")[-1]), at)
+        for k, value in enumerate(steady):
+            axes.axhline(value, label="steady, the same percentiles" if k == 0 else None, **DOTTED)
     axes.set_xticks(np.log10(rates), [f"{rate:g}" for rate in rates])
     level = f"±{100 * file.read('half_range')[-1]:.3g} %"
     axes.set(xlabel="gain of speed [Hz/s]", ylabel="peak of a run [mm]")
     axes.set_title(f"{len(sizes)} disks of {level}, median of the repetitions")
-
-
-def _draw_steady(axes: Axes, file: ResultFile, at: Any) -> None:
-    """Lines at the percentiles of the steady peaks."""
-    if "samples/steady_peak_m" not in file:
-        return
-    steady = 1e3 * np.percentile(finite(file.read("samples/steady_peak_m")[-1]), at)
-    for k, value in enumerate(steady):
-        axes.axhline(value, label="steady, the same percentiles" if k == 0 else None, **DOTTED)
 
 
 def _draw_spectrum(axes: Axes, file: ResultFile, spectra: Any, leg: int, top: float) -> Any:

@@ -69,7 +69,10 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
     if are_many:
         *grid, density = pairs.density(linear, contact)
         if density is not None:
-            share = cumulative(density).T
+            flat = density.ravel()
+            order = np.argsort(-flat)  # shares of the samples in denser regions
+            flat[order] = np.cumsum(flat[order]) / flat.sum()
+            share = flat.reshape(density.shape).T
             image = axes.contourf(*grid, share, levels=[0, *SHARES], cmap="viridis")
         for values, line, colour, name in (
             (contact, axes.axhline, BLUE, "$A_{nl}$"), (linear, axes.axvline, ORANGE, "$A_{lin}$"),
@@ -80,15 +83,6 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
     axes.autoscale_view()
     axes.axline((1.0, 1.0), slope=1.0, color="0.4", lw=1.2, label="$A_{nl} = A_{lin}$")
     return image
-
-
-def cumulative(density: Array) -> Array:
-    """Return, for each point of a density on a grid, the share of the samples in denser regions."""
-    flat = density.ravel()
-    order = np.argsort(-flat)
-    share = np.empty_like(flat)
-    share[order] = np.cumsum(flat[order]) / flat.sum()
-    return share.reshape(density.shape)
 
 
 @figure("energy", paper="14", what="A_nl by energy over displacement", several=True, main=True)

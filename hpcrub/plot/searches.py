@@ -90,18 +90,11 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
 def rare(canvas: Canvas, file: ResultFile) -> None:
     """Probability of exceeding parts of the limit, with 95 % intervals."""
     axes = canvas.panels(1, 1, (8.5, 5.2))[0, 0]
-    size = severities(file)[: last_estimate(file)[0]]
-    if np.isfinite(size).any():
-        _draw_tail(axes, size)
     canvas.note(probability_in_words(file))
-
-
-def _draw_tail(axes: Axes, size: np.ndarray) -> None:
-    """Draw the probability of exceeding parts of the limit.
-
-    size: of n disks, in parts of the limit (n,); NaN: beyond all parts.
-    """
+    size = severities(file)[: last_estimate(file)[0]]  # in parts of the limit; NaN: beyond all
     n, known = len(size), finite(size)
+    if not len(known):
+        return
     low, high = np.quantile(known, 0.3), max(1.0, known.max())
     at = np.linspace(low, high + 0.1 * (high - low), 40)
     above = n - np.searchsorted(np.sort(known), at, side="right")
@@ -131,8 +124,15 @@ def patterns(canvas: Canvas, file: ResultFile) -> None:
         panel.locator_params(axis="x", nbins=6)
     panels[1].set_yticklabels([in_letters(rounds.words[p]) for p in rows], family="monospace")
     _draw_left(panels[1], file, rounds, rows)
-    if in_contact:
-        _draw_contact(panels[2], file, rows)
+    for panel in panels[2:]:
+        panel.plot([], [], ".", color="0.6", label="a disk")
+        panel.set(xlabel="largest amplitude in contact [mm]", title="the same in contact")
+        for place, p in enumerate(rows):
+            size = finite(1e3 * file.read("contact_amplitude_m", p))
+            panel.plot(size, np.full(len(size), place), ".", color="0.6", ms=4)
+            if size.size:
+                look = {"color": ORANGE, "ms": 6, "label": "median in contact"}
+                panel.plot(np.median(size), place, "o", **look)
 
 
 def _rows(axes: Axes, names: list[str]) -> None:
@@ -167,17 +167,6 @@ def _draw_left(axes: Axes, file: ResultFile, rounds: Rounds, rows: list[int]) ->
         axes.plot(middle, place, "o", color=BLUE, ms=5, label="median")
         axes.plot(high, place, "^", color=BLUE, ms=7, label=f"percentile {at[1]:g}")
     axes.set(xlabel="linear amplification", title="patterns left")
-
-
-def _draw_contact(axes: Axes, file: ResultFile, rows: list[int]) -> None:
-    """Draw the largest amplitudes in contact of the disks of the last patterns."""
-    axes.plot([], [], ".", color="0.6", label="a disk")
-    for place, p in enumerate(rows):
-        size = finite(1e3 * file.read("contact_amplitude_m", p))
-        axes.plot(size, np.full(len(size), place), ".", color="0.6", ms=4)
-        if size.size:
-            axes.plot(np.median(size), place, "o", color=ORANGE, ms=6, label="median in contact")
-    axes.set(xlabel="largest amplitude in contact [mm]", title="the same in contact")
 
 
 @figure("checklist", what="changes of the amplitude with one thing changed", main=True)

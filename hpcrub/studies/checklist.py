@@ -40,32 +40,24 @@ def _smaller_clearance(c: Any) -> dict[Any, Any]:
     return smaller | {"casing.clearance_mm": 0.9 * c.casing.clearance_mm}
 
 
-def _is_steady(c: Any) -> bool:
-    """Whether disks turn at constant speeds, and do not run up."""
-    return not run_up.runs_up(c)
-
-
 def _higher_harmonics(c: Any) -> dict[Any, Any]:
     higher = [h.model_dump() | {"amplitude_mm": 1.1 * h.amplitude_mm} for h in c.casing.harmonics]
     return {"casing.harmonics": higher} if higher else {}
-
-
-def _second_order(c: Any) -> dict[Any, Any]:
-    """Displacements to second order, where the model tells it and the contact law allows it."""
-    return {"contact.kinematics": "second_order"} if allows_second_order(c) else {}
 
 
 CHANGES = (
     Change("as asked", "", times({}), True),
     Change("another start", "mistuning.tuned_runs", times({}), True, 1),
     Change("half the step of the speeds", "speeds.step_hz", times(
-        {"speeds.step_hz": 0.5}, where=_is_steady), True),
+        {"speeds.step_hz": 0.5}, where=lambda c: not run_up.runs_up(c)), True),
     Change("half the time step", "time.step_s", times(
         {"time.steps_per_bump_width": 2, "time.steps_per_period": 2, "time.step_s": 0.5}), True),
     Change("twice the modes", "reduction.n_modes", times({"reduction.n_modes": 2}), True),
     Change("followed twice as long", "steady_state.first_check_s", times(
-        {"steady_state.first_check_s": 2, "steady_state.max_time_s": 2}, where=_is_steady), True),
-    Change("displacements to second order", "contact.kinematics", _second_order, True),
+        {"steady_state.first_check_s": 2, "steady_state.max_time_s": 2},
+        where=lambda c: not run_up.runs_up(c)), True),
+    Change("displacements to second order", "contact.kinematics", lambda c: (
+        {"contact.kinematics": "second_order"} if allows_second_order(c) else {}), True),
     Change("half the damping", "material.damping_ratio", times(
         {"material.damping_ratio": 0.5, "material.damping_ratios": 0.5})),
     Change("friction higher by 0.05", "contact.friction",
@@ -163,28 +155,20 @@ class Checklist(Trials):
                 severity = USELESS if change.is_error else SINGLE
                 yield Finding(severity, words, f"{words}: {change.key}")
         for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=True):
-            yield from _moves(change, mean, error)
-
-
-def _moves(change: Change, mean: float, error: float) -> Iterator[Finding]:
-    """Finding about a change of all disks, by the most that it may be of more disks.
-
-    A change of the computation that few disks leave open is not called small.
-    """
-    most, words = abs(mean) + error, f"{change.what} moves the answer by {100 * mean:+.2g} %"
-    if not change.is_error:
-        if _is_shown(mean, error):
-            yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
-        return
-    advice = f"{words}: {change.key}"
-    if not _is_shown(mean, error):
-        words = f"{change.what} may move the answer by up to {100 * most:.2g} %"
-        advice = (
-            f"{words} ({100 * mean:+.2g} ± {100 * error:.2g} %): {change.key}, or more "
-            "checklist.disks tell whether it does"
-        )
-    if most > LEAST_CHANGE:
-        yield Finding(USELESS if most > LARGE_CHANGE else SINGLE, words, advice)
+            words = f"{change.what} moves the answer by {100 * mean:+.2g} %"
+            if not change.is_error:
+                if _is_shown(mean, error):
+                    yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
+                continue
+            advice, most = f"{words}: {change.key}", abs(mean) + error
+            if not _is_shown(mean, error):  # few disks leave it open: it is not called small
+                words = f"{change.what} may move the answer by up to {100 * most:.2g} %"
+                advice = (
+                    f"{words} ({100 * mean:+.2g} ± {100 * error:.2g} %): {change.key}, or more "
+                    "checklist.disks tell whether it does"
+                )
+            if most > LEAST_CHANGE:
+                yield Finding(USELESS if most > LARGE_CHANGE else SINGLE, words, advice)
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:

@@ -76,19 +76,15 @@ def energies(
         duration = scene.steady.window_revolutions / speeds_hz[usable].max()
         peak = -np.inf
         for piece in history.integrate(modes, scene, speeds_hz[usable], duration, part, poll):
-            peak = np.maximum(peak, strain_energy(stiffness, piece.position).max(axis=0))
+            R, K, S = piece.position.shape
+            q = np.moveaxis(piece.position, 1, 2).reshape(R * S, K)
+            now = np.stack([0.5 * ((q @ k) * q).sum(axis=1) for k in stiffness], axis=1)
+            peak = np.maximum(peak, now.reshape(R, S, -1).max(axis=0))
             reason[usable] = piece.reason
         energy[usable] = peak
     result = result.continued(reason)
     energy[result.point_status == DIVERGED] = np.nan
     return energy, result
-
-
-def strain_energy(stiffness: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Strain energies of blades: stiffness (N, K, K), position (R, K, S) → (R, S, N) [J]."""
-    R, K, S = position.shape
-    q = np.moveaxis(position, 1, 2).reshape(R * S, K)
-    return np.stack([0.5 * ((q @ k) * q).sum(axis=1) for k in stiffness], axis=1).reshape(R, S, -1)
 
 
 def amplification(file: ResultFile) -> np.ndarray:

@@ -117,12 +117,6 @@ class Rounds:
         self.percentile[here], self.worse_by[here] = compare(known, self.config.patterns.percentile)
         self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
 
-    def missing_in_contact(self) -> list[tuple[int, int]]:
-        """Pairs of pattern and sample of the pending disks in contact."""
-        here = np.append(0, self.left)
-        rows, samples = np.nonzero(self.contact_status[here] == PENDING)
-        return list(zip(here[rows].tolist(), samples.tolist(), strict=True))
-
 
 class PatternStudy(Trials):
     """Patterns of blade types, ranked by the amplification of disks with random mistuning."""
@@ -178,7 +172,9 @@ class PatternStudy(Trials):
         rounds = Rounds(file)
         known = {name: getattr(rounds, name) for name in ("n_disks", "percentile", "worse_by")}
         if rounds.missing is None:
-            tasks = rounds.missing_in_contact()
+            here = np.append(0, rounds.left)
+            rows, samples = np.nonzero(rounds.contact_status[here] == PENDING)
+            tasks = list(zip(here[rows].tolist(), samples.tolist(), strict=True))
             n_all = int(np.count_nonzero(self.parts(file))) + len(tasks)
             how = "disks in contact", "contact_status"
             return Round(tasks, known, n_all, *how)
@@ -199,30 +195,24 @@ class PatternStudy(Trials):
         added = [types[prepared.types[pattern]] for pattern, _ in tasks]
         if isinstance(tasks[0][1], slice):
             for task, pattern in zip(tasks, added, strict=True):
-                yield task, list(self._linear(config, prepared, task, pattern, poll))
+                results = []
+                for sample in range(task[1].start, task[1].stop):
+                    blades = deviation(config, 0, sample) + pattern
+                    modes = modes_of(config, prepared.problem, blades)
+                    size = linear_amplitude(config, prepared.problem, modes, blades)
+                    least = modes.waves.damping_ratio.min() if modes.waves else np.nan
+                    ratio = size / prepared.tuned if np.isfinite(size) else np.nan
+                    results.append((ratio, least))
+                    poll()
+                names = "amplification", "least_damping_ratio"
+                columns = zip(names, np.transpose(results), strict=True)
+                yield task, [(name, task, values) for name, values in columns]
             return
         disks = zip(tasks, added, strict=True)
         blades = [deviation(config, 0, disk) + pattern for (_, disk), pattern in disks]
         for k, found in peaks_of(config, prepared.problem, blades, poll):
             amplitude = "contact_amplitude_m", tasks[k], found["peak_amplitude_m"]
             yield tasks[k], [amplitude, ("peak_status", tasks[k], found["peak_status"])]
-
-    def _linear(
-        self, config: Config, prepared: Prepared, task: tuple, added: np.ndarray, poll: Poll
-    ) -> Iterator[Values]:
-        """Linear analysis of a slice of disks; added: the pattern of their blades (N,) [-]."""
-        _, disks = task
-        samples = range(disks.start, disks.stop)
-        results = np.empty((2, len(samples)))
-        for i, sample in enumerate(samples):
-            blades = deviation(config, 0, sample) + added
-            modes = modes_of(config, prepared.problem, blades)
-            size = linear_amplitude(config, prepared.problem, modes, blades)
-            results[0, i] = size / prepared.tuned if np.isfinite(size) else np.nan
-            results[1, i] = modes.waves.damping_ratio.min() if modes.waves else np.nan
-            poll()
-        yield "amplification", task, results[0]
-        yield "least_damping_ratio", task, results[1]
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The patterns left, compared with the disk without a pattern."""
@@ -240,7 +230,9 @@ class PatternStudy(Trials):
         for p in [*rounds.left, 0]:
             line = f"{in_letters(rounds.words[p]):{n_blades + 6}}{_in_words(known[p])}"
             line += ", worse for certain" if rounds.worse_by[p] > 0.0 else ""
-            line += _in_contact(file, p)
+            if len(size := finite(1e3 * file.read("contact_amplitude_m", p))):
+                high = f"{np.percentile(size, asked.percentile):.4g} ({asked.percentile:g})"
+                line += f", in contact {np.median(size):.4g} mm (percentile 50), {high}"
             least = finite(file.read("least_damping_ratio", p))
             if len(least):
                 line += f", damping ratio down to {least.min():.3g}"
@@ -280,16 +272,6 @@ class PatternStudy(Trials):
 
 def _in_words(percentile: float) -> str:
     return f"{percentile:.3f}" if np.isfinite(percentile) else "infinite (flutter)"
-
-
-def _in_contact(file: ResultFile, pattern: Any) -> str:
-    """Percentiles of the amplitudes in contact of a pattern's disks, in words."""
-    size = finite(1e3 * file.read("contact_amplitude_m", pattern))
-    if not size.size:
-        return ""
-    at = file.config.patterns.percentile
-    middle, high = np.median(size), np.percentile(size, at)
-    return f", in contact {middle:.4g} mm (percentile 50), {high:.4g} ({at:g})"
 
 
 STUDY = PatternStudy()

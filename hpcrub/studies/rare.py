@@ -16,16 +16,9 @@ from hpcrub.runs.job import Round
 from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed, n_to_be_below
+from hpcrub.studies.contact import trials
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent
-from hpcrub.studies.contact.trials import (
-    Case,
-    Trials,
-    beyond,
-    followed_table,
-    left_for_others,
-    limit_problems,
-    table,
-)
+from hpcrub.studies.contact.trials import Case, Trials, beyond
 
 FIRST_DISKS = 100  # disks of the first estimate
 GROWTH = 1.3  # factor on the number of disks from one estimate to the next
@@ -36,10 +29,8 @@ LAYOUT = (
     Dataset("probability", _E, "1", "probability of exceeding a limit; NaN: not estimated"),
     Dataset("probability_low", _E, "1", "lower end of its 95 % interval"),
     Dataset("probability_high", _E, "1", "upper end of its 95 % interval"),
-    *table("sample"),
-    followed_table("sample"),
     Dataset("peak_speed_hz", ("sample",), "Hz", "speed of the largest amplitude"),
-    Dataset("status", ("sample",), "1", "0 pending, 1 done", "u1"),
+    *trials.limited_table("sample"),
 )
 
 
@@ -66,10 +57,21 @@ class Rare(Trials):
                 "limits: a rare study ends by limits.probability_error or "
                 "limits.probability_below; give one of them"
             )
-        yield from limit_problems(config)
+        yield from trials.limit_problems(config)
         if config.pattern_deviation is not None:
             yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
-        yield from _samples_problems(config)
+        n, (error, below) = config.mistuning.samples, goal_of(config)
+        if below is not None and n < (needed := n_to_be_below(below, 0, Z_OF_TESTS)):
+            yield (
+                f"mistuning.samples: {n:,} disks cannot show that a probability is below "
+                f"limits.probability_below {below:g}, even if none of them exceeds the limit; "
+                f"{needed:,} can (6/P), or leave samples out"
+            )
+        if error is not None and not Goal(error, None).is_met(n, n):
+            yield (
+                f"mistuning.samples: {n:,} disks tell no probability to limits.probability_error "
+                f"{error:g} of itself; leave samples out"
+            )
 
     def needs(self, config: Config) -> str:
         """Number of disks that the goal needs, in words."""
@@ -119,7 +121,7 @@ class Rare(Trials):
                 f"{config.mistuning.samples:,} disks do not tell the probability as well as "
                 "asked: more mistuning.samples, or another goal in limits",
             )  # fmt: skip
-        yield from left_for_others(file)
+        yield from trials.left_for_others(file)
         names = "peak_amplitude_m", "peak_status", "peak_speed_hz"
         size, states, at = (file.read(name)[computed] for name in names)
         yield from findings.of_disks(config, size, states)
@@ -159,22 +161,6 @@ def probability_in_words(file: ResultFile) -> str:
     n_above = np.count_nonzero(beyond(file)[:n])
     side = ("not certainly below", "above", "below")[goal_of(file.config).side(n_above, n)]
     return f"{text}, {side} the {percent(limits.probability_below)} % asked for"
-
-
-def _samples_problems(config: Config) -> Iterator[str]:
-    """Error lines about goals that all samples together cannot meet, whatever they show."""
-    n, (error, below) = config.mistuning.samples, goal_of(config)
-    if below is not None and n < (needed := n_to_be_below(below, 0, Z_OF_TESTS)):
-        yield (
-            f"mistuning.samples: {n:,} disks cannot show that a probability is below "
-            f"limits.probability_below {below:g}, even if none of them exceeds the limit; "
-            f"{needed:,} can (6/P), or leave samples out"
-        )
-    if error is not None and not Goal(error, None).is_met(n, n):
-        yield (
-            f"mistuning.samples: {n:,} disks tell no probability to limits.probability_error "
-            f"{error:g} of itself; leave samples out"
-        )
 
 
 STUDY = Rare()

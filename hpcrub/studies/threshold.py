@@ -23,26 +23,12 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.job import Round
 from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_problem
+from hpcrub.statistics import threshold as statistics
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Goal, n_needed
-from hpcrub.statistics.threshold import (
-    ABOVE,
-    BELOW,
-    FIRST_DISKS,
-    UNKNOWN,
-    Search,
-    coarse,
-    needed_below,
-)
+from hpcrub.statistics.threshold import ABOVE, BELOW, FIRST_DISKS, UNKNOWN, Search
+from hpcrub.studies.contact import trials
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent, severities
-from hpcrub.studies.contact.trials import (
-    Case,
-    Trials,
-    followed_table,
-    left_for_others,
-    limit_problems,
-)
-from hpcrub.studies.contact.trials import table as trials_table
 
 NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
@@ -57,13 +43,11 @@ LAYOUT = (
     Dataset("probability_high", _V, "1", "upper end of the 95 % interval of the probability"),
     Dataset("side", _V, "1", "probability certainly below (-1) or above (1) the target", "i8"),
     Dataset("crossing", ("end",), "1", "values on either side of the crossing; NaN: none"),
-    *trials_table("value", "sample"),
-    followed_table("value", "sample"),
-    Dataset("status", ("value", "sample"), "1", "0 pending, 1 done", "u1"),
+    *trials.limited_table("value", "sample"),
 )
 
 
-class Threshold(Trials):
+class Threshold(trials.Trials):
     """Search for the value of a key that meets a limit with a given probability."""
 
     name = "threshold"
@@ -81,8 +65,14 @@ class Threshold(Trials):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        yield from limit_problems(config)
-        yield from samples_problems(config)
+        yield from trials.limit_problems(config)
+        n_disks, target = config.mistuning.samples, config.threshold.probability
+        if n_disks < (needed := statistics.needed_below(target, 0)):
+            yield (
+                f"mistuning.samples: {n_disks:,} disks cannot show that a probability is below "
+                f"threshold.probability {target:g}, even if none of them exceeds the limit; "
+                f"{needed:,} can (5.3/P), or leave samples out"
+            )
         key = config.threshold.key
         if key is None:
             yield "threshold.key: missing; the key whose value is searched for is needed"
@@ -140,12 +130,12 @@ class Threshold(Trials):
     def tried(self, config: Config) -> list[Config]:
         """Inputs at values over the whole range, whose disks may differ tenfold in their cost."""
         values = values_of(config)
-        return [at_value(config, float(value)) for value in values[coarse(len(values))]]
+        return [at_value(config, float(value)) for value in values[statistics.coarse(len(values))]]
 
-    def case(self, config: Config, task: tuple[int, int]) -> Case:
+    def case(self, config: Config, task: tuple[int, int]) -> trials.Case:
         """Input and disk of a task; task: indices of value and disk."""
         here = at_value(config, float(values_of(config)[task[0]]))
-        return Case(here, deviation(here, 0, task[1]))
+        return trials.Case(here, deviation(here, 0, task[1]))
 
     def next_round(self, file: ResultFile) -> Round:
         """The pending disks of the next values to test; they do not depend on other disks."""
@@ -163,7 +153,15 @@ class Threshold(Trials):
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""
         yield crossing_in_words(file)
-        yield from other_crossings(file)
+        search, value = search_of(file), file.read("value")
+        crossings = search.crossings()
+        if len(crossings) > 1:
+            sides = search.sides()
+            words = (
+                f"between {value[a]:g} and {value[b]:g} it {'falls' if sides[a] > 0 else 'rises'}"
+                for a, b in crossings
+            )
+            yield f"the probability crosses the target several times: {'; '.join(words)}"
         yield from by_limit_line(file)
         n_done, n_values = int(file.read("n_disks").sum()), len(file.read("value"))
         seen = np.count_nonzero(file.read("n_disks") > 1)
@@ -190,7 +188,7 @@ class Threshold(Trials):
                 "were tried there may be further crossings; see the figure",
             )  # fmt: skip
         yield from _not_as_close_as_asked(file, search)
-        yield from left_for_others(file)
+        yield from trials.left_for_others(file)
         computed = np.arange(search.most) < search.n_done[:, None]
         sizes, states = file.read("peak_amplitude_m")[computed], file.read("peak_status")[computed]
         # no answer hangs on how far disks move well beyond the limit
@@ -239,17 +237,6 @@ def probabilities(file: ResultFile) -> Table:
             row = f"{value:g}", f"{n:,}", f"{above:,}", f"{percent(above / n)} %", ends
             found.add_row(*row, words[int(side)])
     return found
-
-
-def samples_problems(config: Config) -> Iterator[str]:
-    """Error line about samples that cannot show that the probability is below its target."""
-    most, target = config.mistuning.samples, config.threshold.probability
-    if most < (needed := needed_below(target, 0)):
-        yield (
-            f"mistuning.samples: {most:,} disks cannot show that a probability is below "
-            f"threshold.probability {target:g}, even if none of them exceeds the limit; "
-            f"{needed:,} can (5.3/P), or leave samples out"
-        )
 
 
 def results(config: Config, search: Search) -> dict[str, Any]:
@@ -321,19 +308,6 @@ def crossing_in_words(file: ResultFile) -> str:
         where = ", ".join(f"{v:g}" for v in doubtful)
         return f"{is_} {name} of {at}{unit} ({asked.key}), with 99 % confidence; not known: {where}"
     return f"{is_} all values tried: {range_of}; at {at}{unit} with 99 % confidence"
-
-
-def other_crossings(file: ResultFile) -> Iterator[str]:
-    """Lines about all crossings, where there are several."""
-    search, value = search_of(file), file.read("value")
-    crossings = search.crossings()
-    if len(crossings) > 1:
-        sides = search.sides()
-        words = (
-            f"between {value[a]:g} and {value[b]:g} it {'falls' if sides[a] > 0 else 'rises'}"
-            for a, b in crossings
-        )
-        yield f"the probability crosses the target several times: {'; '.join(words)}"
 
 
 STUDY = Threshold()

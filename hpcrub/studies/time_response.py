@@ -47,22 +47,6 @@ LAYOUT = (
 )
 
 
-def _times(config: Config) -> list[Any]:
-    """Times of the checks, and those at which the blocks of the history end [s]."""
-    span, grid = (config.speeds.from_hz, config.history.duration_s), scene_of(config)
-    turn = cut_revolution(span[0], grid)
-    blocks = np.array(history.checks(*span, grid)), np.arange(1, history.n_blocks(*span, turn) + 1)
-    return [number / (span[0] * turn.blocks_per_revolution) for number in blocks]
-
-
-def _judged(followed: Any, task: Any) -> Iterator[Any]:
-    """Status and amplitude of a disk, and the time of the check that they come from."""
-    yield "judged_s", task, followed.time
-    yield "point_status", task, followed.verdict.status
-    yield "amplitude_m", task, followed.verdict.amplitude
-    yield "amplitude_error_m", task, followed.verdict.error
-
-
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
     """Gap of every tip, (T, n_c) [m], to a casing that does not move."""
     clearance = scene.at(speed_hz).clearance + scene.interface.clearance
@@ -140,12 +124,15 @@ class TimeResponse(StudyInTime):
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The disks and the times of the checks."""
-        checks, block_ends = _times(config)
+        speed, duration, grid = config.speeds.from_hz, config.history.duration_s, scene_of(config)
+        turn = cut_revolution(speed, grid)
+        per_second = speed * turn.blocks_per_revolution
+        n_blocks = history.n_blocks(speed, duration, turn)
         return {
             "deviation": fixed_disks(config),
-            "check_s": checks,
-            "window_s": config.steady_state.window_revolutions / config.speeds.from_hz,
-            "block_s": block_ends,
+            "check_s": np.array(history.checks(speed, duration, grid)) / per_second,
+            "window_s": config.steady_state.window_revolutions / speed,
+            "block_s": np.arange(1, n_blocks + 1) / per_second,
             "casing_angle_deg": np.degrees(casing_effect.ANGLES),
         }
 
@@ -193,7 +180,10 @@ class TimeResponse(StudyInTime):
                 yield name, task, values
         yield from _tests(followed, task, tangential[followed.seen])
         if not status.are_fatal(reason):
-            yield from _judged(followed, task)
+            yield "judged_s", task, followed.time
+            yield "point_status", task, followed.verdict.status
+            yield "amplitude_m", task, followed.verdict.amplitude
+            yield "amplitude_error_m", task, followed.verdict.error
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Amplitudes and the times from which they are known, or reasons why there are none."""

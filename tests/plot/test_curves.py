@@ -17,7 +17,7 @@ from hpcrub.plot.amplifications import CURVE_SHIFT, PERCENTILE_SHIFT, ROW_SHIFT
 from hpcrub.plot.families import labels, ordered, reference
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.results.samples import of_levels
-from hpcrub.studies.contact import measured
+from hpcrub.studies.contact import summary
 from hpcrub.studies.contact.layout import AMPLIFICATION
 from tests.plot import drawn
 from tests.plot.drawn import assert_drawn, assert_intervals, assert_percentiles, done, edges, words
@@ -56,13 +56,13 @@ def test_summary_of_measured_disks_has_a_row_for_each(random):
     file.values["samples/amplitude_error_m"] = np.full((1, 2, 3), 1e-4)
     file.values["tuned/run_peaks_m"] = np.full(3, 0.013)
     left, right = plot.summary(file)
-    contact, linear = (file.read(f"samples/{n}", 0) for n in measured.NAMES[:2])
+    contact, linear = (file.read(f"samples/{n}", 0) for n in summary.NAMES[:2])
     rows = np.array([1, 2])
     assert_drawn(right, (contact, rows - ROW_SHIFT), (linear, rows + ROW_SHIFT))
     assert [t.get_text() for t in right.get_yticklabels()] == ["disk 1", "disk 2"]
     speeds = file.read("speeds_hz")
     assert_drawn(left, *((speeds, 1e3 * file.read("samples/amplitude_m", (0, i))) for i in (0, 1)))
-    steady, averaged = measured.disks(file)
+    steady, averaged = summary.disks(file)
     np.testing.assert_allclose(steady.interval, contact[0])  # no scatter, and one reference
     local = file.read("samples/localisation", 0)
     assert [steady.localisation, averaged.localisation] == [local[0, 0], local[1, 2]]

@@ -7,9 +7,9 @@ from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.effects import EFFECTS, casing_motion
-from hpcrub.plot import maps
+from hpcrub.plot import histories
 from hpcrub.plot.disks import EXAGGERATED, families
-from hpcrub.plot.wear import GROOVE, INNER
+from hpcrub.plot.effects import GROOVE, INNER
 from hpcrub.results.layout import DONE
 from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines, words
 from tests.plot.stored import PATTERN, PHYSICS, File, N, contact_file, modal_file
@@ -104,7 +104,7 @@ def test_interaction_map():
     np.testing.assert_allclose(axes.collections[0].get_array(), 1e3 * spectrum.T)
     assert_drawn(axes, (speeds, speeds), (speeds, 4 * speeds), (speeds, 0 * speeds + 90))
     assert not any((line[:, 1] == 540).all() for line in lines(axes) if len(line))
-    strongest, other = maps.interactions(speeds, frequencies, spectrum)
+    strongest, other = histories.interactions(speeds, frequencies, spectrum)
     assert (strongest.order, strongest.speed_hz, strongest.frequency_hz) == (4, 35.0, 140.0)
     assert (other.order, other.speed_hz) == (2, 68.0)
     # exp(-(x/w)²) is one half at w sqrt(ln 2): 0.83 and 1.67 Hz from the middle

@@ -18,7 +18,7 @@ from hpcrub.results import layout
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies import STUDIES
-from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import layout as contact_file
 from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
 from tests.program import ROOT, TINY, lay_out, names_in, refusal
 

@@ -15,7 +15,7 @@ from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError, WriteError
 from hpcrub.results import layout, model_file, ownership, storage
 from hpcrub.runs import result_files
-from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import layout as contact_file
 from tests.program import ROOT, TINY, lay_out, names_in, refusal, run_here
 
 SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve blades

@@ -244,9 +244,9 @@ def test_the_steady_study_of_the_same_disks_stands_beside(tmp_path, capsys):
                 theirs["samples/peak_amplitude_m"].ravel(), strict=True,
             )
         ]  # fmt: skip
-        assert beside.below[0, leg] == sum(high < 1.0 for _, high in ends)
-        assert beside.above[0, leg] == sum(low > 1.0 for low, _ in ends)
-        assert beside.largest[0, leg] == max(high for _, high in ends)
+        assert beside["all below"][0, leg] == sum(high < 1.0 for _, high in ends)
+        assert beside["all above"][0, leg] == sum(low > 1.0 for low, _ in ends)
+        assert beside["largest ratio"][0, leg] == max(high for _, high in ends)
     for key in ("mistuning.seed=5", "casing.n_bumps=3"):
         code = run_here("study.yaml", "--output", "no.h5", *options, "--set", key, folder=tmp_path)
         assert code == 2

@@ -20,7 +20,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.setup.disks import modes_of, rubbing_modes, run_deviation
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import finite
-from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import layout
 
 DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
 LONGER = 4.0  # times as long as a study a disk is followed to see whether its motion stays
@@ -213,7 +213,7 @@ def write_tuned(
     values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
     values["linear_amplitude_m"] = linear_amplitude(config, problem, modes, alike)
     file.write(more, ())
-    contact_file.write_tuned(file, values)
+    layout.write_tuned(file, values)
 
 
 def check_reference(found: Reference, file: ResultFile) -> None:
@@ -228,7 +228,7 @@ def check_reference(found: Reference, file: ResultFile) -> None:
             f"the tuned disk has no result at any speed, nothing to compare samples with: {why}"
         )
     if not found.contact > 0.0:
-        contact_file.write_untouched(file)
+        layout.write_untouched(file)
     elif not found.usable:
         raise HpcrubError(
             f"the tuned disk moves by {found.contact:.1e} m only, which is rounding: its tips move "

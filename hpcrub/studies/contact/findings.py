@@ -17,8 +17,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import FAR_OFF, MOST_LOST, REMARK, SINGLE, USELESS, Finding, Verdict
 from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
-from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import second_order, survey
+from hpcrub.studies.contact import layout, second_order, survey
 
 NO_CONTACT = (
     "no contact: the casing reaches the blades at no speed, so that no disk moves and no limit is "
@@ -42,13 +41,8 @@ def verdict(file: ResultFile) -> Verdict:
     return Verdict.of(every, of_many=len(file.config.samples) > 1)
 
 
-def short(file: ResultFile) -> list[str]:
-    """Lines for a figure: the verdict, and the weightiest finding."""
-    return verdict(file).lines[:2]
-
-
 def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
-    if contact_file.is_untouched(file):
+    if layout.is_untouched(file):
         yield Finding(REMARK, "no contact", NO_CONTACT)
         return
     config, n_unsteady = file.config, int(counts.peaks[NOT_STEADY]) - counts.growing
@@ -101,21 +95,18 @@ def _checks(file: ResultFile) -> Iterator[Any]:
         advice = "no disk was run with another step, or for longer (mistuning.checked_samples)"
         yield Finding(REMARK, "unchecked step and time", advice)
         return
-    for name, said in (("half_step", HALF_STEP), ("followed", FOLLOWED)):
-        if len(moved := check_moves(file, name)):
-            yield _moved(moved, *said)
-
-
-def _moved(moved: np.ndarray, heading: str, does: str, keys: str) -> Finding:
-    """Finding about a check; moved: relative changes of the peaks, the tuned one first (n,)."""
-    low, high, n = 100 * moved.min(), 100 * moved.max(), len(moved) - 1
-    largest = np.abs(moved).max()
-    whose = f"the peaks of the tuned disk and {counted(n, 'sample')}" if n else "the tuned peak"
-    return Finding(
-        USELESS if largest > FAR_OFF else SINGLE if largest > MOST_LOST else REMARK,
-        f"{heading} by up to {percent(largest)} %",
-        f"{does} {whose} by {low:+.1f} to {high:+.1f} %; where that is too much: {keys}",
-    )
+    for name, (heading, does, keys) in (("half_step", HALF_STEP), ("followed", FOLLOWED)):
+        moved = check_moves(file, name)
+        if not len(moved):
+            continue
+        low, high, n = 100 * moved.min(), 100 * moved.max(), len(moved) - 1
+        largest = np.abs(moved).max()
+        whose = f"the peaks of the tuned disk and {counted(n, 'sample')}" if n else "the tuned peak"
+        yield Finding(
+            USELESS if largest > FAR_OFF else SINGLE if largest > MOST_LOST else REMARK,
+            f"{heading} by up to {percent(largest)} %",
+            f"{does} {whose} by {low:+.1f} to {high:+.1f} %; where that is too much: {keys}",
+        )
 
 
 def check_moves(file: ResultFile, name: str) -> np.ndarray:

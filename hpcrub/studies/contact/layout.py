@@ -1,9 +1,12 @@
-"""Names, units and meaning of everything in the result file of a contact study.
+"""Names, units and meaning of everything in the result file of a contact study, and its writing.
 
 Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K = n // step.
 """
 
 from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
 
 from hpcrub import effects
 from hpcrub.config.schema import Config
@@ -11,8 +14,9 @@ from hpcrub.effects.effect import Kind
 from hpcrub.response.quantities import Quantity
 from hpcrub.response.sweep import SweepResult
 from hpcrub.results import samples
-from hpcrub.results.layout import LEVELS, SPEEDS, Dataset, datasets
-from hpcrub.results.verdict import MOST_ADVICE, SEVERITIES
+from hpcrub.results.layout import DONE, LEVELS, SPEEDS, Dataset, datasets
+from hpcrub.results.storage import ResultFile
+from hpcrub.results.verdict import MOST_ADVICE, SEVERITIES, Verdict
 from hpcrub.setup.problem import allows_second_order
 
 AMPLIFICATION = Kind("contact", "amplification", "1", "contact amplifications", "A_nl")
@@ -123,3 +127,64 @@ def amplitude(config: Config) -> str:
 def kinds(config: Config) -> tuple[Kind, ...]:
     """Kinds of numbers of which the file of a study has statistics."""
     return AMPLIFICATION, LINEAR, *(kind for e in effects.of(config) for kind in e.kinds)
+
+
+def names(file: ResultFile, group: str) -> list[str]:
+    """Names of the datasets in a group of a file; the last one marks the group as complete."""
+    parts = [line.name.partition("/") for line in layout(file.config)]
+    return [name for of, _, name in parts if of == group]
+
+
+def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
+    """Write the results of the tuned disk, by their names in the group; one rank."""
+    file.write({f"tuned/{n}": values[n] for n in names(file, "tuned") if n in values}, ())
+
+
+def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, Any]) -> None:
+    """Write one sample, its status last; one rank.
+
+    values: {name in the group: value}, `status` included; a failed sample may lack all others.
+    Raises WriteError when the file cannot be written.
+    """
+    there = {f"samples/{n}": values[n] for n in names(file, "samples") if n in values}
+    status = {"samples/status": there.pop("samples/status")}
+    file.write(there, (level, sample))
+    file.write(status, (level, sample))
+
+
+def is_untouched(file: ResultFile) -> bool:
+    """Whether no disk moves, because the casing never reaches the blades."""
+    return bool(file.read("tuned/reference_amplitude_m") == 0.0)
+
+
+def write_untouched(file: ResultFile) -> None:
+    """Write all samples as those of disks that nothing touches, which are like the tuned one."""
+    there = set(names(file, "tuned")) & set(names(file, "samples"))
+    alike = {f"samples/{name}": file.read(f"tuned/{name}") for name in there}
+    for name, values in alike.items():
+        whole = np.broadcast_to(values, file.shape(name)[:2] + np.shape(values))
+        file.write({name: whole}, ())
+    file.write({"samples/status": np.full(file.shape("samples/status"), DONE)}, ())
+
+
+def write_statistics(file: ResultFile, kind: Kind, level: int, running: Any) -> None:
+    """Write the RunningPercentiles of one level; one rank.
+
+    Blocks beyond the last one of `running` become NaN.
+    """
+    for name, values in running._asdict().items():
+        dataset = kind.dataset(name)
+        padded = np.full(file.shape(dataset)[1:], np.nan)
+        padded[:, : values.shape[1]] = values
+        file.write({dataset: padded}, (level,))
+
+
+def write_verdict(file: ResultFile, verdict: Verdict) -> None:
+    """Write a verdict and its advice, with their severities; one rank."""
+    texts = np.zeros(MOST_LINES, dtype=file.dtype("trust"))
+    severities = np.zeros(MOST_LINES, dtype=np.uint8)
+    for place, text in enumerate(verdict.lines):
+        texts[place] = text.encode()[: texts.itemsize]
+    of_lines = [verdict.severity, *(finding.severity for finding in verdict.advice)]
+    severities[: len(of_lines)] = of_lines
+    file.write({"trust": texts, "trust_severity": severities}, ())

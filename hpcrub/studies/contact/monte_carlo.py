@@ -28,10 +28,9 @@ from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, own_modes_of, rubbing_modes
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics import percentiles
-from hpcrub.studies.contact import amplification, findings, second_order
-from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import amplification, findings, layout, second_order
 from hpcrub.studies.contact.layout import kinds
-from hpcrub.studies.contact.tasks import ContactTasks, SweepPart, most_parts, n_parts, together
+from hpcrub.studies.contact.tasks import ContactTasks, Part, most_parts, n_parts, together
 
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
 BAD_NUMBERS = (np.linalg.LinAlgError, ArithmeticError, ValueError)  # fail a sample, not the study
@@ -128,7 +127,9 @@ class MonteCarlo(Job):
         if self.prepared and self.prepared.basis:
             n_together = together(len(self.speeds_hz), max(self.prepared.scene.lanes))
         most = most_parts(len(self.speeds_hz))
-        self.tasks = ContactTasks(self._pending(), n_pending, most, n_together)
+        places = np.argwhere(self.status.T == PENDING)[:, ::-1]
+        pending = (tuple(place) for place in places.tolist())
+        self.tasks = ContactTasks(pending, n_pending, most, n_together)
         return self.reference, len(self.tasks)
 
     def _tuned_disk(self) -> Any:
@@ -162,30 +163,32 @@ class MonteCarlo(Job):
         """
         n_speeds, n_done = len(self.speeds_hz), 0
         cut = n_parts(n, self.team.size, most_parts(n_speeds))
-        parts: list[dict[int, Any]] = [{} for _ in range(n)]
+        wholes: dict[int, Any] = {}
 
-        def compute(task: SweepPart, poll: Any) -> Any:
-            modes, scene = disk_of(task.disk)
-            checked = [first_checked and task.disk == 0]
+        def compute(task: Part, poll: Any) -> Any:
+            (disk,) = task.places
+            modes, scene = disk_of(disk)
+            checked = [first_checked and disk == 0]
             ((_, found),) = self._integrate([Disk(modes, self._part(task))], scene, poll, checked)
             return found
 
-        def collect(task: SweepPart, found: Any) -> None:
+        def collect(task: Part, found: Any) -> None:
             nonlocal n_done
             self.work += Work(0, found.n_steps, found.seconds)
-            parts[task.disk][task.part] = found
+            wholes[task.places[0]] = self._whole(task, found)
             n_done += int(np.count_nonzero(found.result.point_status))
             self.progress.part(what, n_done, n * n_speeds)
 
-        tasks = [SweepPart(disk, part, cut) for disk in range(n) for part in range(cut)]
+        tasks = [Part((disk,), part, cut) for disk in range(n) for part in range(cut)]
         self.team.run_tasks(tasks, compute, collect)
-        return [amplification.join(of_disk) for of_disk in parts] if self.team.rank == 0 else []
+        return [wholes[disk] for disk in sorted(wholes)]
 
-    def _pending(self) -> Iterator[Any]:
-        """Pairs (level, sample) of the samples to compute."""
-        for sample in range(self.status.shape[1]):
-            for level in np.flatnonzero(self.status[:, sample] == PENDING):
-                yield int(level), sample
+    def _whole(self, task: Part, found: Any) -> Any:
+        """The Integrated of a disk after its last part; None after others (rank 0)."""
+        parts = self.parts.setdefault(task.places, {})
+        parts[task.part] = found
+        is_whole = len(parts) == task.n_parts
+        return amplification.join(self.parts.pop(task.places)) if is_whole else None
 
     # any rank
 
@@ -246,7 +249,7 @@ class MonteCarlo(Job):
         except BAD_NUMBERS as error:
             message = _words(error)
         began = time.perf_counter()
-        contact_file.write_sample(self.file, *place, values)
+        layout.write_sample(self.file, *place, values)
         ended = time.perf_counter()
         work = Work(1, response.n_steps, response.seconds + ended - start, ended - began)
         numbers = tuple(values.get(kind.of, np.nan) for kind in self.kinds)
@@ -271,11 +274,9 @@ class MonteCarlo(Job):
         After the last part of a sample, the whole is written here.
         """
         if task.n_parts > 1:
-            parts = self.parts.setdefault(task.places, {})
-            parts[task.part] = result
-            if len(parts) < task.n_parts:
+            whole = self._whole(task, result)
+            if whole is None:
                 return False
-            whole = amplification.join(self.parts.pop(task.places))
             result = [(task.places[0], self._finish(task.places[0], whole, None))]
         for where, outcome in result:
             self.work += outcome.work
@@ -331,9 +332,9 @@ class MonteCarlo(Job):
         n = length and length * self.config.convergence.step
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
             for level, running in enumerate(self._running(numbers, n)):
-                contact_file.write_statistics(self.file, kind, level, running)
+                layout.write_statistics(self.file, kind, level, running)
         if self.reference and self.reference.usable:
-            contact_file.write_verdict(self.file, findings.verdict(self.file))
+            layout.write_verdict(self.file, findings.verdict(self.file))
 
 
 def _words(error: Any) -> str:

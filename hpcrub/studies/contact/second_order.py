@@ -101,7 +101,10 @@ def _finding(file: ResultFile, largest: float) -> Finding:
     advice = f"{begin}the peak of the tuned disk is {now}, not {was} ({_signed(change)} %)"
     if speeds[1] in file.config.speeds.values_hz[[0, -1]]:
         advice += ", and may be higher beyond that speed"
-    ratios = _change_of_amplifications(file, before, after)
+    numbers = np.array(file.config.samples)
+    there = numbers[numbers < len(after) - 1]
+    small = file.read("samples/peak_amplitude_m", (-1, slice(len(there)))) / before
+    ratios = finite(after[1 + there] / after[0] / small - 1.0)
     if len(ratios):
         by = " to ".join(dict.fromkeys(_signed(end) for end in (ratios.min(), ratios.max())))
         advice += f", and A_nl of {counted(len(ratios), 'disk')} changes by {by} %"
@@ -111,14 +114,6 @@ def _finding(file: ResultFile, largest: float) -> Finding:
     if abs(change) * max(largest / before, 1.0) ** 2 > MOST_LOST:
         return Finding(SINGLE, why, f"{advice}: {KEY} for millimetres and MPa")
     return Finding(REMARK, why, advice)
-
-
-def _change_of_amplifications(file: ResultFile, before: float, after: np.ndarray) -> np.ndarray:
-    """Relative changes of amplifications by the second order, where both are known."""
-    numbers = np.array(file.config.samples)
-    there = numbers[numbers < len(after) - 1]
-    small = file.read("samples/peak_amplitude_m", (-1, slice(len(there)))) / before
-    return finite(after[1 + there] / after[0] / small - 1.0)
 
 
 def _signed(share: float) -> str:

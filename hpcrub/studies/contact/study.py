@@ -21,7 +21,7 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import findings, layout, second_order, summary
 from hpcrub.studies.contact.amplification import n_runs
-from hpcrub.studies.contact.file import is_untouched
+from hpcrub.studies.contact.layout import is_untouched
 from hpcrub.studies.contact.limits import limit_lines
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 

@@ -1,6 +1,5 @@
 """Counts of the points and peaks of a contact study, over all samples that count."""
 
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +12,6 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, finite, percentile_interval
 from hpcrub.studies.contact import layout
 
-ROWS = 1000  # samples read at once
 NEAR = 0.03  # of the tuned peak: nearer peaks are those of one motion
 ALONE = 0.9  # share of a peak: with both neighbours below, the speed step may miss a higher peak
 
@@ -41,43 +39,33 @@ class Survey(NamedTuple):
 
 
 def survey(file: ResultFile) -> Survey:
-    """Count the points and peaks of a file, reading ROWS samples at a time."""
+    """Count the points and peaks of a file."""
     last, size_of = file.config.speeds.n_values - 1, layout.amplitude(file.config)
-    points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
-    reasons = status.count(file.read("tuned/point_reason"))
-    sweeps = int(file.read("tuned/max_sweeps").max())
-    shows = [file.read("tuned/growth_shows_s")]
-    blocks = [np.zeros((6, 0))]  # a column for each peak
-    n = n_counted(file)
-    for level, first in product(range(len(points)), range(0, n, ROWS)):
-        where = level, slice(first, min(n, first + ROWS))
-        states = file.read("samples/point_status", where)
-        points[level] += np.bincount(states.ravel(), minlength=5)[:5]
-        reasons = reasons + status.count(file.read("samples/point_reason", where))
-        sweeps = max(sweeps, int(file.read("samples/max_sweeps", where).max(initial=0)))
-        done = file.read("samples/status", where) == DONE
-        size = np.nan_to_num(file.read(f"samples/{size_of}", where)[done])
-        row, best = np.arange(len(size)), size.argmax(axis=1)
-        beside = np.maximum(size[row, best - 1], size[row, np.minimum(best + 1, last)])
-        error = file.read("samples/amplitude_error_m", where)[done]
-        grows = file.read("samples/growth_shows_s", where)
-        shows.append(grows.ravel())
-        columns = best, size[row, best], beside, states[done][row, best], error[row, best]
-        blocks.append(np.array([*columns, np.isfinite(grows[done][row, best])]))
-    best, peak, beside, state, error, growing = np.concatenate(blocks, axis=1)
+    where = slice(None), slice(n_counted(file))
+    names = "point_status", "point_reason", "growth_shows_s", "amplitude_error_m", size_of
+    states, reasons, grows, errors, sizes = (file.read(f"samples/{n}", where) for n in names)
+    points = np.array([np.bincount(of_level.ravel(), minlength=5)[:5] for of_level in states])
+    most = file.read("tuned/max_sweeps"), file.read("samples/max_sweeps", where)
+    done = file.read("samples/status", where) == DONE
+    size = np.nan_to_num(sizes[done])
+    best = size.argmax(axis=1)
+    at = np.arange(len(size)), best
+    beside = np.maximum(size[at[0], best - 1], size[at[0], np.minimum(best + 1, last)])
+    peak, state, error = size[at], states[done][at], errors[done][at]
     ends = ((best == end) & (peak > 0.0) & (last > 0) for end in (0, last))
     lowest, highest = map(int, map(np.count_nonzero, ends))
     alone = int(np.count_nonzero((best > 0) & (best < last) & (beside < ALONE * peak)))
-    peaks, largest = np.bincount(state.astype(int), minlength=5)[:5], float(peak.max(initial=0.0))
+    peaks, largest = np.bincount(state, minlength=5)[:5], float(peak.max(initial=0.0))
     averaged = (state == AVERAGED) & (size_of == layout.STEADY)
     known = float(np.median(error[averaged] / peak[averaged])) if averaged.any() else np.nan
     n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
-    latest = finite(np.concatenate(shows)).max(initial=-np.inf)
+    shows = finite(np.append(file.read("tuned/growth_shows_s"), grows))
     return Survey(
-        *(points, peaks, lowest, highest, alone, known, largest, n_points, reasons),
-        growing=int(growing.sum()),
-        shows=float(latest) if np.isfinite(latest) else np.nan,
-        sweeps=sweeps,
+        *(points, peaks, lowest, highest, alone, known, largest, n_points),
+        reasons=status.count(file.read("tuned/point_reason")) + status.count(reasons),
+        growing=int(np.isfinite(grows[done][at]).sum()),
+        shows=float(shows.max()) if shows.size else np.nan,
+        sweeps=int(max(sweeps.max(initial=0) for sweeps in most)),
     )
 
 

@@ -10,18 +10,10 @@ PART = 8  # speeds of a part: as many as the kernel integrates at once, at least
 FULL = 8  # speeds of samples for each lane, with which few lanes idle at the end
 
 
-class SweepPart(NamedTuple):
-    """Every n_parts-th speed of one disk that is swept before the samples."""
+class Part(NamedTuple):
+    """Every n_parts-th speed of one disk, or all speeds of several disks together."""
 
-    disk: int = 0
-    part: int = 0
-    n_parts: int = 1
-
-
-class SamplePart(NamedTuple):
-    """Every n_parts-th speed of one sample, or all speeds of several samples together."""
-
-    places: tuple[tuple[int, int], ...]  # level and number of each sample
+    places: tuple[Any, ...]  # level and number of each sample; number of a disk before them
     part: int = 0
     n_parts: int = 1
 
@@ -69,6 +61,6 @@ class ContactTasks(Tasks):
         n = max(1, min(self.together, self.n_samples // (2 * n_ranks)))
         self.n_samples -= n
         places = tuple(itertools.islice(self.samples, n))
-        first, *rest = (SamplePart(places, part, cut) for part in range(cut))
+        first, *rest = (Part(places, part, cut) for part in range(cut))
         self.urgent.extend(rest)
         return first

@@ -49,10 +49,14 @@ def table(*dimensions: str, note: str = "") -> tuple[Dataset, ...]:
     )
 
 
-def followed_table(*dimensions: str) -> Dataset:
-    """Dataset of the disks of a table that are followed longer."""
+def limited_table(*dimensions: str) -> tuple[Dataset, ...]:
+    """Datasets of trials whose disks must meet a limit; some of them are followed longer."""
     words = "amplitude or stress over its limit when followed 4 times as long; NaN: not followed"
-    return Dataset("followed_severity", dimensions, "1", words)
+    return (
+        *table(*dimensions),
+        Dataset("followed_severity", dimensions, "1", words),
+        Dataset("status", dimensions, "1", "0 pending, 1 done", "u1"),
+    )
 
 
 class Trials(Study):
@@ -86,19 +90,14 @@ class Trials(Study):
             own = self.problem_of(prepared) if of is config else _problem_of(text)
             for k, found in peaks_of(of, own, [case.blades for _, case in alike], poll):
                 task, case = alike[k]
-                if "followed_severity" in there and _is_followed(of, task):
+                # every so many disks, by their number, which is the last part of a task
+                asked = of.mistuning.checked_samples and not run_up.runs_up(of)
+                if "followed_severity" in there and asked and np.ravel(task)[-1] % EVERY == 1:
                     longer = own._replace(scene=followed(own.scene))
                     ((_, later),) = peaks_of(of, longer, [case.blades], poll)
                     sizes = later["peak_amplitude_m"], later["peak_stress_pa"]
                     found["followed_severity"] = severity(of, *sizes)
                 yield task, [(name, task, found[name]) for name in found if name in there]
-
-
-def _is_followed(config: Config, task: Any) -> bool:
-    """Whether the disk of a task is followed longer, by its number, the last part of the task."""
-    number = np.ravel(task)[-1]
-    asked = config.mistuning.checked_samples and not run_up.runs_up(config)
-    return bool(asked and number % EVERY == 1)
 
 
 @lru_cache(maxsize=4)

@@ -16,7 +16,6 @@ from hpcrub.errors import InputError
 from hpcrub.response.run_up import Run, Runner
 from hpcrub.results.layout import LEVELS, PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
-from hpcrub.results.verdict import Finding
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.job import Round
 from hpcrub.runs.kept import Kept
@@ -85,6 +84,7 @@ class RunUp(Study):
     derived = "samples/amplification", "samples/steady_peak_m"
     report = staticmethod(summary.report)
     answer = staticmethod(summary.answer)
+    findings = staticmethod(summary.findings)
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file."""
@@ -211,10 +211,6 @@ class RunUp(Study):
         """Write the amplifications."""
         file.write({"samples/amplification": summary.amplifications(file)}, ())
 
-    def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """Findings against the runs."""
-        return summary.findings(file)
-
 
 def _sample(
     config: Config, problem: Problem, task: tuple[int, int], kept: list[Kept], poll: Poll
@@ -241,17 +237,12 @@ def _tuned(
         yield f"tuned/{name}", rate, values
     yield "tuned/spectrum_m", rate, run.spectrum
     half = kept[1].finish(Runner(modes, finer(scene), schedule, asked_of(config)), poll)
-    yield "tuned/half_step_peak_m", rate, peaks(half.envelope)
-
-
-def peaks(envelope: np.ndarray) -> np.ndarray:
-    """Largest values over the intervals of speed (..., I); NaN where there is none."""
-    return np.fmax.reduce(envelope, axis=-1)
+    yield "tuned/half_step_peak_m", rate, np.fmax.reduce(half.envelope, axis=-1)
 
 
 def _values(config: Config, run: Run) -> dict[str, np.ndarray]:
     """Results of a run by their names in the file."""
-    borders, peak = run_up.intervals(config), peaks(run.envelope)
+    borders, peak = run_up.intervals(config), np.fmax.reduce(run.envelope, axis=-1)
     known = np.isfinite(peak)
     best = np.nan_to_num(run.envelope, nan=-1.0).argmax(axis=-1)
     middle = (borders[1:] + borders[:-1]) / 2.0
@@ -264,7 +255,8 @@ def _values(config: Config, run: Run) -> dict[str, np.ndarray]:
         "run_reason": run.reason,
     }
     if config.observes_stress:
-        values |= {"envelope_stress_pa": run.stress, "peak_stress_pa": peaks(run.stress)}
+        largest = np.fmax.reduce(run.stress, axis=-1)
+        values |= {"envelope_stress_pa": run.stress, "peak_stress_pa": largest}
     if config.contact.wears:
         values["worn_depth_m"] = run.worn
     return values

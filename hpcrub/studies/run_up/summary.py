@@ -1,7 +1,7 @@
 """Results of a run_up study as tables, lines and findings."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -102,19 +102,13 @@ def _steady_words(file: ResultFile) -> str:
 
 
 def answer(file: ResultFile, usable: bool) -> Iterator[str | Table]:
-    """Tables of all runs and of the percentiles of all disks, and a line about chance."""
-    yield from run_tables(file)
-    yield from limit_lines(file)
-    if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
-        yield percentile_table(file)
-    yield chance_line(file)
+    """Tables of all runs and of the percentiles of all disks, and a line about chance.
 
-
-def run_tables(file: ResultFile) -> Iterator[Table]:
-    """Tables with a row for each rate and leg: sizes, and the disks beside a steady study."""
+    The first tables have a row for each rate and leg: sizes, and the disks beside a steady study.
+    """
     for title, columns in (
         (f"Tuned disk, and most of all disks{_steady_words(file)}", _sizes(file)),
-        ("Mistuned disks, all repetitions, over their steady peaks", _beside(file)),
+        ("Mistuned disks, all repetitions, over their steady peaks", beside_steady(file)),
     ):
         if not columns:
             continue
@@ -124,6 +118,10 @@ def run_tables(file: ResultFile) -> Iterator[Table]:
                 cells = (f"{values[rate, leg]:.4g}" for values in columns.values())
                 found.add_row(f"{hz_per_s:g}", name, *cells)
         yield found
+    yield from limit_lines(file)
+    if file.config.pattern_deviation is None and np.isfinite(of_disks(file)).any():
+        yield percentile_table(file)
+    yield chance_line(file)
 
 
 def _sizes(file: ResultFile) -> dict[str, np.ndarray]:
@@ -140,19 +138,6 @@ def _sizes(file: ResultFile) -> dict[str, np.ndarray]:
         most = factor * np.fmax.reduce(of_disks(file, name), axis=(0, 1))
         columns[f"{what}\nmost [{unit}]"] = most
     return columns
-
-
-def _beside(file: ResultFile) -> dict[str, np.ndarray]:
-    """Disks beside the steady study of `sources`, likewise; nothing without one."""
-    if (found := beside_steady(file)) is None:
-        return {}
-    return {
-        "disks": found.n,
-        "all below": found.below,
-        "all above": found.above,
-        "median ratio": found.median,
-        "largest ratio": found.largest,
-    }
 
 
 def percentile_table(file: ResultFile) -> Table:
@@ -186,34 +171,28 @@ def percentile_table(file: ResultFile) -> Table:
     return found
 
 
-class Beside(NamedTuple):
-    """Run-ups of many disks beside their steady peaks, at each rate and in each leg."""
+def beside_steady(file: ResultFile) -> dict[str, np.ndarray]:
+    """Run-ups of many disks beside the steady peaks of `sources`, at each rate and in each leg.
 
-    n: np.ndarray  # disks
-    below: np.ndarray  # disks of which all repetitions are below their steady peak
-    above: np.ndarray  # disks of which all are above
-    median: np.ndarray  # of the ratios of all repetitions [-]
-    largest: np.ndarray
-
-
-def beside_steady(file: ResultFile) -> Beside | None:
-    """Run-ups beside the steady study of `sources`; None without one, or without a result."""
+    Numbers of disks, of those of which all repetitions are below or above their steady peak, and
+    ratios of all repetitions [-], by their headings; nothing without sources, or without a result.
+    """
     if "samples/steady_peak_m" not in file:
-        return None
+        return {}
     peaks, steady = file.read("samples/peak_amplitude_m"), file.read("samples/steady_peak_m")
     over = _over(peaks, np.broadcast_to(steady[:, :, None, None, None], peaks.shape))
     over = np.moveaxis(over, 3, -1).reshape(-1, *peaks.shape[2::2], peaks.shape[3])
     known = np.isfinite(over).all(axis=-1)  # (disks, rate, leg)
     if not known.any(axis=0).all():
-        return None
+        return {}
     over[~known] = np.nan
-    return Beside(
-        n=np.count_nonzero(known, axis=0),
-        below=np.count_nonzero(over.max(axis=-1) < 1.0, axis=0),
-        above=np.count_nonzero(over.min(axis=-1) > 1.0, axis=0),
-        median=np.nanmedian(over, axis=(0, -1)),
-        largest=np.nanmax(over, axis=(0, -1)),
-    )
+    return {
+        "disks": np.count_nonzero(known, axis=0),
+        "all below": np.count_nonzero(over.max(axis=-1) < 1.0, axis=0),
+        "all above": np.count_nonzero(over.min(axis=-1) > 1.0, axis=0),
+        "median ratio": np.nanmedian(over, axis=(0, -1)),
+        "largest ratio": np.nanmax(over, axis=(0, -1)),
+    }
 
 
 def limit_lines(file: ResultFile) -> Iterator[str]:
@@ -345,14 +324,15 @@ def _of_other_speeds(file: ResultFile) -> Iterator[Finding]:
 def _above_steady(file: ResultFile) -> Iterator[Finding]:
     """Finding about disks whose run-up is above their steady answer."""
     beside = beside_steady(file)
-    if beside is None or not beside.above.any():
+    if not beside or not beside["all above"].any():
         return
-    rate, leg = np.unravel_index((beside.above / beside.n).argmax(), beside.n.shape)
+    n, above, largest = (beside[name] for name in ("disks", "all above", "largest ratio"))
+    rate, leg = np.unravel_index((above / n).argmax(), n.shape)
     yield Finding(
         REMARK, "run-ups above the steady answer",
-        f"in all repetitions {beside.above[rate, leg]} of {beside.n[rate, leg]} disks go above "
+        f"in all repetitions {above[rate, leg]} of {n[rate, leg]} disks go above "
         f"their steady peak ({file.read('hz_per_s')[rate]:g} Hz/s, {leg_names(file)[leg]}), single "
-        f"runs by up to {100.0 * (beside.largest[rate, leg] - 1.0):.2g} %: motions of another "
+        f"runs by up to {100.0 * (largest[rate, leg] - 1.0):.2g} %: motions of another "
         "branch, or that have not settled; the steady study is no upper bound",
     )  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 The parts may overlap and need not be complete, and their order does not matter: a sample is taken
 from any part that has finished it, and samples that no part has stay pending. Where parts overlap,
-they must agree to the last bit. Memory does not grow with the samples.
+they must agree to the last bit.
 
 A study of few samples is a part of the same study with more: `--samples N` makes the file of the
 larger one, and `main.py --resume` computes what is missing.
@@ -24,8 +24,6 @@ from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import memory, result_files
 from hpcrub.studies import open_result, run_of
-
-AT_ONCE = 2**26  # bytes read at once
 
 
 def merge(
@@ -98,7 +96,13 @@ def _survey(out: Any, paths: Any, samples: Any) -> tuple[Any, Any, Any]:
                 raise InputError(f"parts of different studies: {'; '.join(other)}")
             config = config or mine
             if part_tuned and tuned:
-                _same_tuned(tuned, tuned_path, part_tuned, path)
+                for name in sorted(tuned):
+                    if tuned[name].tobytes() != part_tuned[name].tobytes():
+                        raise InputError(
+                            f"the tuned disk of {tuned_path} and of {path} is not the same "
+                            f"({name}): they were computed on different kinds of processors, or "
+                            "with different libraries"
+                        )
             elif part_tuned:
                 tuned, tuned_path = part_tuned, path
             warned |= dict.fromkeys(part.warnings)
@@ -137,15 +141,6 @@ def _tuned(part: Any) -> Any:
     return {name: part.read(name) for name in _names(part, "tuned/")}
 
 
-def _same_tuned(tuned: Any, path: Any, other_tuned: Any, other_path: Any) -> None:
-    differ = [n for n in sorted(tuned) if tuned[n].tobytes() != other_tuned[n].tobytes()]
-    if differ:
-        raise InputError(
-            f"the tuned disk of {path} and of {other_path} is not the same ({differ[0]}): "
-            "they were computed on different kinds of processors, or with different libraries"
-        )
-
-
 def _fill(path: Any, parts_paths: Any, run: Any, tuned: Any) -> Any:
     """Write the contents of the parts into the laid-out file; returns the status of all samples."""
     with ResultFile(path, mode="r+") as whole:
@@ -159,27 +154,20 @@ def _fill(path: Any, parts_paths: Any, run: Any, tuned: Any) -> Any:
 
 
 def _copy(part: Any, whole: Any, names: Sequence[str]) -> None:
-    """Copy the finished samples of a part into the whole file, a group of samples at a time.
+    """Copy the finished samples of a part into the whole file, level by level.
 
     names: of datasets with a row for every sample, the status last.
     """
-    start, n_samples = part.config.samples.start, len(part.config.samples)
-    rows = max(1, AT_ONCE // sum(part.read(name, (0, 0)).nbytes for name in names))
+    samples = slice(part.config.samples.start, part.config.samples.stop)
     for mine, level in enumerate(part.config.levels):
-        for first in range(0, n_samples, rows):
-            end = min(first + rows, n_samples)
-            source, target = (mine, slice(first, end)), (level, slice(start + first, start + end))
-            new = part.read("samples/status", source) != PENDING
-            there = whole.read("samples/status", target) != PENDING
-            if not new.any():
-                continue
-            for name in names:
-                values, old = part.read(name, source), whole.read(name, target)
-                both = new & there
-                if values[both].tobytes() != old[both].tobytes():
-                    raise InputError(
-                        f"{part.path} contradicts another part: {name} of level {level}, samples "
-                        f"{start + first} to {start + end - 1}"
-                    )
-                old[new] = values[new]
-                whole.write({name: old}, target)
+        new = part.read("samples/status", mine) != PENDING
+        both = new & (whole.read("samples/status", (level, samples)) != PENDING)
+        for name in names if new.any() else ():
+            values, old = part.read(name, mine), whole.read(name, (level, samples))
+            if values[both].tobytes() != old[both].tobytes():
+                raise InputError(
+                    f"{part.path} contradicts another part: {name} of level {level}, samples "
+                    f"{samples.start} to {samples.stop - 1}"
+                )
+            old[new] = values[new]
+            whole.write({name: old}, (level, samples))

@@ -18,7 +18,7 @@ from hpcrub.setup import disks
 from hpcrub.setup import problem as study
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import STUDY, amplification, findings, survey
-from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import layout as contact_file
 from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
 from hpcrub.studies.contact.summary import interval_table, level_table, point_lines
 from tests.program import TINY, contents, datasets, error_lines, load, run_here

@@ -18,8 +18,8 @@ from hpcrub.statistics.percentiles import (
     running_percentiles,
 )
 from hpcrub.studies import energy, open_result
-from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import findings, limits, second_order, summary
+from hpcrub.studies.contact import layout as contact_file
 from hpcrub.studies.contact.layout import AMPLIFICATION, LINEAR
 from hpcrub.studies.contact.survey import shared_uncertainty, survey
 from tests.plot.stored import PATTERN, PHYSICS, File

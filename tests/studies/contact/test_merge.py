@@ -70,13 +70,9 @@ def assert_merged_is_single():
 THREE = [f"whole.part-{k}-of-3.h5" for k in (1, 2, 3)]
 
 
-@pytest.mark.parametrize(
-    ("names", "at_once"),
-    [(THREE, merging.AT_ONCE), (THREE[::-1], 1), ([*THREE, "single.h5"], merging.AT_ONCE)],
-)
-def test_merged_is_the_single_run_to_the_bit(folder, names, at_once, capsys, monkeypatch):
-    """In any order, overlapping, and however many samples are copied at once."""
-    monkeypatch.setattr(merging, "AT_ONCE", at_once)
+@pytest.mark.parametrize("names", [THREE, THREE[::-1], [*THREE, "single.h5"]])
+def test_merged_is_the_single_run_to_the_bit(folder, names, capsys):
+    """In any order, and overlapping."""
     assert merge.main(["whole.h5", *names]) == 0
     assert "whole.h5: 10 of 10 samples" in capsys.readouterr().out
     assert_merged_is_single()

@@ -9,8 +9,8 @@ from hpcrub.results.layout import DONE
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
-from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import findings, second_order
+from hpcrub.studies.contact import layout as contact_file
 from tests.program import TINY, lay_out, run_here
 
 CHECKED = TINY.replace("checked_samples: 0", "checked_samples: 1, tuned_runs: 1")
