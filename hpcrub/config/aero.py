@@ -67,6 +67,8 @@ class Aero(Section):
 
 def problems(aero: Aero, n_blades: int) -> Iterator[str]:
     """Error lines about the section for a disk of n_blades."""
+    for far in (i.blades for i in aero.influence if abs(i.blades) >= n_blades):
+        yield f"aero.influence: {far} blades ahead; a disk of {n_blades} blades has none so far"
     ahead = [influence.blades % n_blades for influence in aero.influence]
     for blades in sorted({b for b in ahead if ahead.count(b) > 1}):
         yield f"aero.influence: {blades} blades ahead is given twice, counted around {n_blades}"

@@ -120,6 +120,11 @@ def test_no_ranks_are_refused():
     )
 
 
+def test_what_is_no_input_is_refused():
+    """A list ended in a traceback."""
+    assert refusal(lambda: hpcrub.run([1, 2])).startswith("[1, 2] is no Config, no keys")
+
+
 def test_a_configuration_is_replaced_and_never_changed():
     config = hpcrub.Config(casing={"clearance_mm": 0.3})
     again = config.replace({"casing": {"n_bumps": 3}, "mistuning.pattern": [1.0] * 6 + [0.0] * 6})

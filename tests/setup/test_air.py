@@ -47,6 +47,7 @@ def test_waves_of_a_table_are_in_the_order_of_their_way_around(tmp_path):
         ({"waves": waves()["waves"][:-1]}, "1 nodal diameters, travels: backward, is missing; 12 "
          "blades have 12 waves"),
         ({"influence": [{"blades": 1}, {"blades": -11}]}, "1 blades ahead is given twice"),
+        ({"influence": [{"blades": 500}]}, "500 blades ahead; a disk of 12 blades has none"),
         ({"influence": [{"blades": 1}]} | waves(), "cannot be combined with aero.influence"),
     ],
 )  # fmt: skip
