@@ -45,17 +45,22 @@ def _higher_harmonics(c: Any) -> dict[Any, Any]:
     return {"casing.harmonics": higher} if higher else {}
 
 
+def _is_steady(c: Any) -> bool:
+    """Whether disks turn at constant speeds, and do not run up."""
+    return not run_up.runs_up(c)
+
+
 CHANGES = (
     Change("as asked", "", times({}), True),
     Change("another start", "mistuning.tuned_runs", times({}), True, 1),
     Change("half the step of the speeds", "speeds.step_hz", times(
-        {"speeds.step_hz": 0.5}, where=lambda c: not run_up.runs_up(c)), True),
+        {"speeds.step_hz": 0.5}, where=_is_steady), True),
     Change("half the time step", "time.step_s", times(
         {"time.steps_per_bump_width": 2, "time.steps_per_period": 2, "time.step_s": 0.5}), True),
     Change("twice the modes", "reduction.n_modes", times({"reduction.n_modes": 2}), True),
     Change("followed twice as long", "steady_state.first_check_s", times(
         {"steady_state.first_check_s": 2, "steady_state.max_time_s": 2},
-        where=lambda c: not run_up.runs_up(c)), True),
+        where=_is_steady), True),
     Change("displacements to second order", "contact.kinematics", lambda c: (
         {"contact.kinematics": "second_order"} if allows_second_order(c) else {}), True),
     Change("half the damping", "material.damping_ratio", times(
