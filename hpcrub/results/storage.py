@@ -92,7 +92,7 @@ def _write_attributes(file: Any, plan: Any) -> None:
 def _create_dataset(file: Any, line: Any, length: Any) -> None:
     """Create one dataset and allocate it now; a scalar is by what is written into it."""
     shape = tuple(length[d] for d in line.dimensions)
-    empty = {"f": np.nan, "S": None}.get(np.dtype(line.dtype).kind, 0)
+    empty = {"f": np.nan, "S": b""}.get(np.dtype(line.dtype).kind, 0)
     early = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     early.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
     dataset = file.create_dataset(line.name, shape, line.dtype, fillvalue=empty, dcpl=early)

@@ -27,6 +27,7 @@ class Existing(NamedTuple):
 
     resume: bool = False
     overwrite: bool = False
+    allow_mixed: bool = False  # resume also a file that another state of the program has begun
 
 
 def examine_all(runs: list[Run], existing: Existing) -> list[Run]:
@@ -74,7 +75,7 @@ def check_output(run: Run, existing: Existing) -> bool:
     if not (existing.resume or existing.overwrite):
         raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
     if existing.resume:
-        result_files.check_resumable(path, run)
+        result_files.check_resumable(path, run, existing.allow_mixed)
     else:
         storage.refuse_foreign(path)
     return existing.resume
@@ -86,6 +87,8 @@ def make_sure(run: Run, existing: Existing, warnings: list[str]) -> None:
         kept.forget_all(run.config.output)
         attributes = {"warnings": "\n".join(warnings)} if warnings else {}
         result_files.lay_out(run.config.output, run, attributes)
+    elif existing.allow_mixed:
+        result_files.register(run.config.output)
 
 
 def execute(
