@@ -18,9 +18,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--samples", type=int, metavar="N", help="give OUT.h5 N samples a level, not the parts' own"
     )
+    parser.add_argument(
+        "--allow-mixed",
+        action="store_true",
+        help="merge what different states of the program have computed, and name all in OUT.h5",
+    )
     options = parser.parse_args(argv)
     out = os.path.expanduser(options.out)
-    n_done, n_all = merge(out, options.parts, options.overwrite, options.samples)
+    how = options.overwrite, options.samples, options.allow_mixed
+    n_done, n_all = merge(out, options.parts, *how)
     files = counted(len(options.parts), "file")
     say(f"{out}: {n_done} of {counted(n_all, 'sample')}, from {files}")
     if n_done < n_all:

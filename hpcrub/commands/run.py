@@ -64,7 +64,7 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
     runs = [studies.run_of(config) for config in configs]
     if options.status:
         return team.on_root(lambda: status(runs))
-    existing = Existing(options.resume, options.overwrite)
+    existing = Existing(options.resume, options.overwrite, options.allow_mixed)
     if options.dry_run:
         parallel.listen()  # a trial has nothing to save: a stop signal ends it at once
         team.on_root(lambda: dry_run.report(runs, existing, team.size))
@@ -167,6 +167,11 @@ def _parser() -> Any:
     existing = parser.add_mutually_exclusive_group()
     existing.add_argument("--resume", action="store_true", help="go on with an existing output")
     existing.add_argument("--overwrite", action="store_true", help="replace an existing output")
+    parser.add_argument(
+        "--allow-mixed",
+        action="store_true",
+        help="with --resume: go on with what another state of the program has begun",
+    )
     parser.add_argument("--part", metavar="K/N", help="compute part K of N only, in its own file")
     parser.add_argument(
         "--status",

@@ -12,8 +12,10 @@ one buffers, hence its flushes.
 import contextlib
 import datetime
 import os
+import shutil
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, Self
 
@@ -32,6 +34,8 @@ from hpcrub.results.layout import NUMBER, Plan, file_size
 SERIAL = {"locking": False}
 OTHER_LOCKING = "locking flag values don't match"
 LIBVER = {"libver": ("v108", "v108")}  # v110 leaves a file that nobody can open after kill -9
+LINKS = h5py.SoftLink, h5py.ExternalLink
+DEFLATED = 1100  # largest factor by which deflate can compress data
 # exceptions of h5py on damage; IndexError is not among them, it is an error of this program
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError)
 
@@ -89,15 +93,34 @@ def _write_attributes(file: Any, plan: Any) -> None:
     file.attrs["seed"] = np.uint64(plan.config.mistuning.seed)
 
 
+def note_program(path: str | Path) -> None:
+    """Add this program to the attributes of a file that another program has begun.
+
+    It changes a copy, which then replaces the file: a kill harms nothing. Raises OSError.
+    """
+    path = os.path.realpath(path)
+    with ownership.replacing(path) as part:
+        shutil.copyfile(path, part)
+        with h5py.File(part, "r+", **LIBVER, **SERIAL) as file:
+            for name, value in provenance.origin().items():
+                known = str(_words(file.attrs.get(name, value))).split(", ")
+                file.attrs[name] = _text(", ".join(dict.fromkeys([*known, value])))
+
+
 def _create_dataset(file: Any, line: Any, length: Any) -> None:
-    """Create one dataset and allocate it now; a scalar is by what is written into it."""
+    """Create one dataset and allocate it now, which h5py's own call does not do for scalars."""
+    dtype = np.dtype(line.dtype)
+    creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    creation.set_layout(h5py.h5d.CONTIGUOUS)
+    creation.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    if dtype.kind != "S":
+        creation.set_fill_value(np.array(np.nan if dtype.kind == "f" else 0, dtype))
     shape = tuple(length[d] for d in line.dimensions)
-    empty = {"f": np.nan, "S": b""}.get(np.dtype(line.dtype).kind, 0)
-    early = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    early.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    dataset = file.create_dataset(line.name, shape, line.dtype, fillvalue=empty, dcpl=early)
-    if not shape:
-        dataset[()] = empty
+    space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
+    links = h5py.h5p.create(h5py.h5p.LINK_CREATE)
+    links.set_create_intermediate_group(True)
+    name, kind = line.name.encode(), h5py.h5t.py_create(dtype, logical=True)
+    dataset = h5py.Dataset(h5py.h5d.create(file.id, name, kind, space, creation, lcpl=links))
     dataset.attrs["units"] = _text(line.units)
     dataset.attrs["long_name"] = _text(line.description)
 
@@ -211,7 +234,19 @@ class ResultFile:
     def names(self) -> list[str]:
         """Return the names of all datasets in the file itself, those that a user added included."""
         with self._damage():
-            return list(_datasets_of(self._file))
+            return [name for name, dataset in _items_in(self._file) if dataset is not None]
+
+    def require_own(self, names: Iterable[str]) -> None:
+        """Raise InputError for datasets whose data is not in the file itself; collective.
+
+        Opening a dataset of length zero changes metadata, on which all ranks must agree at closing.
+        """
+        with self._damage():
+            for name in names:
+                for path in accumulate(name.split("/"), "{}/{}".format):  # also of its groups
+                    if isinstance(self._file.get(path, getlink=True), LINKS):
+                        _require_own(self.path, path, None)
+                _require_own(self.path, name, self._dataset(name))
 
     def __contains__(self, name: str) -> bool:
         with contextlib.suppress(InputError):
@@ -304,21 +339,34 @@ class ResultFile:
         self._file.close()
 
 
-def _datasets_of(file: h5py.File) -> dict[str, h5py.Dataset]:
-    """All datasets of a file by their names; links are not followed."""
-    found: dict[str, Any] = {}
+def _items_in(group: Any, prefix: str = "") -> Iterator[Any]:
+    """Yield (name, dataset) of all datasets below a group, (name, None) of links, not followed."""
     # look a known name up instead: HDF5 may crash when it lists a damaged group
-    file.visititems(lambda name, item: found.update({name: item}))
-    return {name: item for name, item in found.items() if isinstance(item, h5py.Dataset)}
+    for name in group:
+        linked = isinstance(group.get(name, getlink=True), LINKS)
+        item = None if linked else group[name]
+        if isinstance(item, h5py.Group):
+            yield from _items_in(item, f"{prefix}{name}/")
+        elif linked or isinstance(item, h5py.Dataset):
+            yield f"{prefix}{name}", item
+
+
+def _require_own(path: Any, name: str, dataset: Any) -> None:
+    if dataset is None or dataset.external or dataset.is_virtual:
+        raise InputError(f"{path}: {name} is a link, or its data is stored elsewhere")
 
 
 def read_arrays(path: str | Path) -> dict[str, Any]:
-    """Read all datasets by name, texts as str. Raises OSError for damage."""
+    """Read all datasets by name, texts as str. Raises InputError for links, OSError for damage."""
     with h5py.File(path, "r", **SERIAL) as file:
-        return {name: _array(dataset) for name, dataset in _datasets_of(file).items()}
+        return {name: _array(path, name, dataset) for name, dataset in _items_in(file)}
 
 
-def _array(dataset: h5py.Dataset) -> Any:
+def _array(path: Any, name: str, dataset: Any) -> Any:
+    _require_own(path, name, dataset)
+    held = dataset.id.get_storage_size()
+    if dataset.nbytes > DEFLATED * held:
+        raise OSError(f"{name}: claims {dataset.nbytes:,} bytes, and holds {held:,}")
     text = h5py.check_string_dtype(dataset.dtype)
     return np.array(dataset.asstr("utf-8")[()]) if text else dataset[()]
 

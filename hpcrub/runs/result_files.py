@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config, differences
-from hpcrub.errors import InputError
+from hpcrub.errors import InputError, reason
 from hpcrub.results import layout, provenance, storage
 from hpcrub.results.layout import DONE, FAILED, PENDING, Plan, index_scale
 from hpcrub.results.storage import ResultFile
@@ -51,10 +51,8 @@ def file_size(run: Run) -> int:
 
 
 def check(file: ResultFile, run: Run) -> None:
-    """Raise InputError unless an open file holds all datasets that a run writes; collective.
-
-    Opening a dataset of length zero changes metadata, on which all ranks must agree at closing.
-    """
+    """Raise InputError unless an open file itself holds all datasets that a run writes."""
+    file.require_own(line.name for line in run.datasets())
     length = run.known_sizes()
     for line in run.datasets():
         shape, dtype = file.shape(line.name), file.dtype(line.name)
@@ -87,19 +85,19 @@ def check_config(file: ResultFile, config: Config) -> None:
         raise InputError(f"{file.path} has another configuration: {changed[0]}{more}")
 
 
-def check_resumable(path: str | Path, run: Run) -> None:
+def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> None:
     """Check that this program has begun the file for this run.
 
-    Raises InputError, which says what differs: configuration, datasets, program text or a source.
+    allow_mixed: accept a file that another program text has begun. Raises InputError, which says
+    what differs: configuration, datasets, program text or a source.
     """
     with ResultFile(path) as file:
         check_config(file, run.config)
         check(file, run)
-        is_ours = file.attributes.get("program_text") == provenance.program_text()
-        if not is_ours and (file.status == PENDING).any():
+        if not allow_mixed and not _knows_this_program(file) and (file.status == PENDING).any():
             raise InputError(
                 f"{path} was begun by another program: {file.written_by()} can go on with it; "
-                "--overwrite begins anew"
+                "--allow-mixed goes on and names both in the file, --overwrite begins anew"
             )
         known = run.constants() if run.study.n_sources else {}
         if not all(np.array_equal(file.read(name), values) for name, values in known.items()):
@@ -107,3 +105,18 @@ def check_resumable(path: str | Path, run: Run) -> None:
             raise InputError(
                 f"sources: {sources} has changed since {path} was begun; --overwrite begins anew"
             )
+
+
+def _knows_this_program(file: ResultFile) -> bool:
+    return provenance.program_text() in str(file.attributes.get("program_text")).split(", ")
+
+
+def register(path: str | Path) -> None:
+    """Record in a closed file that this program computes the rest. Raises InputError."""
+    with ResultFile(path) as file:
+        known = _knows_this_program(file) or not (file.status == PENDING).any()
+    try:
+        if not known:
+            storage.note_program(path)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {reason(error)}") from None

@@ -16,7 +16,8 @@ from hpcrub.errors import HpcrubError, InputError, WriteError
 from hpcrub.results import layout, model_file, ownership, storage
 from hpcrub.runs import result_files
 from hpcrub.studies.contact import layout as contact_file
-from tests.program import ROOT, TINY, lay_out, names_in, refusal, run_here
+from hpcrub.studies.contact import study as contact_study
+from tests.program import ROOT, TINY, error_lines, lay_out, names_in, refusal, run_here
 
 SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve blades
     "speeds_hz": (3,),
@@ -126,6 +127,56 @@ def test_unsound_files_are_refused(path, tiny_config, spoil, message):
     line = refusal(studies.open_result, path, tiny_config)
     assert message in line
     assert str(path) in line
+
+
+AMPLITUDE = "samples/amplitude_m"
+PRECIOUS = 8 * 12  # bytes of the amplitudes of two levels, two samples, three speeds
+
+
+def replaced(make):
+    """Function that puts something else in the place of the samples' amplitudes."""
+    return inside(lambda file: (file.pop(AMPLITUDE), make(file)))
+
+
+def virtual(file):
+    source = h5py.VirtualSource("other.h5", AMPLITUDE, (2, 2, 3))
+    layout = h5py.VirtualLayout((2, 2, 3), "f8")
+    layout[...] = source
+    file.create_virtual_dataset(AMPLITUDE, layout)
+
+
+@pytest.mark.parametrize(
+    ("put", "name"),
+    [
+        (lambda file: file.create_dataset(AMPLITUDE, (2, 2, 3), "f8",
+                                          external=[("precious.dat", 0, PRECIOUS)]), AMPLITUDE),
+        (virtual, AMPLITUDE),
+        (lambda file: file.update({AMPLITUDE: h5py.ExternalLink("other.h5", AMPLITUDE)}),
+         AMPLITUDE),
+        (lambda file: file.update({AMPLITUDE: h5py.ExternalLink("pipe", "/")}), AMPLITUDE),
+        (lambda file: (file.create_dataset("my/own", data=np.zeros((2, 2, 3))),
+                       file.update({AMPLITUDE: h5py.SoftLink("/my/own")})), AMPLITUDE),
+        (lambda file: (file.move("samples", "mine"),
+                       file.update(samples=h5py.SoftLink("/mine"))), "samples"),
+        (lambda file: (file.pop("samples"),
+                       file.update(samples=h5py.ExternalLink("other.h5", "samples"))), "samples"),
+    ],
+)  # fmt: skip
+def test_nothing_is_written_outside_the_file_that_was_named(folder, capfd, put, name):
+    """`--resume` wrote new samples into whatever file an external dataset or a link led to."""
+    Path("a.yaml").write_text(TINY + "output: a.h5\n")
+    lay_out(folder / "other.h5")
+    os.mkfifo("pipe")
+    Path("precious.dat").write_bytes(np.zeros(12).tobytes())
+    replaced(put)(lay_out(folder / "a.h5", (folder / "a.yaml").read_text()))
+    names = ["a.h5", "other.h5", "precious.dat"]
+    before = [Path(file).read_bytes() for file in names]
+    assert run_here("a.yaml", "--resume") == 2
+    said = f"{folder / 'a.h5'}: {name} is a link, or its data is stored elsewhere"
+    assert error_lines(capfd.readouterr().err) == [f"hpcrub: error: {said}"]
+    assert [Path(file).read_bytes() for file in names] == before
+    for open_ in (studies.open_result, contact_study.open_contact):  # of merge, energy, and figures
+        assert f"{name} is a link" in refusal(open_, folder / "a.h5")
 
 
 def test_what_people_add_to_a_file_stays_and_harms_nothing(folder):

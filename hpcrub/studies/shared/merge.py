@@ -31,11 +31,12 @@ def merge(
     paths: Sequence[str | Path],
     overwrite: bool = False,
     samples: int | None = None,
+    allow_mixed: bool = False,
 ) -> tuple[int, int]:
     """Merge result files of parts of one study into `out`, which appears when it is whole.
 
     overwrite: replace an existing file; samples: number of samples a level of the whole study, if
-    the parts tell another.
+    the parts tell another; allow_mixed: accept parts that different program texts have computed.
     Returns the numbers of finished samples and of all samples.
     Raises InputError for parts that are unsound, of different studies or programs, or contradict
     each other.
@@ -48,11 +49,12 @@ def merge(
         if str(unfinished) in [os.path.realpath(Path(path).expanduser()) for path in paths]:
             raise InputError(f"{unfinished} is what a killed merge has left: rename it to use it")
         config, tuned, origin = _survey(out, paths, samples)
-        if ", " in origin["program_text"]:
+        if ", " in origin["program_text"] and not allow_mixed:
             revisions = origin.get("git_revision", "not known")
             raise InputError(
                 "the parts were computed by different programs, of the texts "
-                f"{origin['program_text']} (revisions: {revisions})"
+                f"{origin['program_text']} (revisions: {revisions}): --allow-mixed merges them and "
+                "names all"
             )
         storage.refuse_foreign(out)
         if _is_part(out):

@@ -161,8 +161,14 @@ def another_program(monkeypatch):
     monkeypatch.setattr(provenance, "program_text", lambda: "f" * 16)
 
 
-def test_what_other_programs_have_computed_is_never_mixed(folder, capsys, another_program):
-    """An installed program, without git, knows no revision: that was a KeyError."""
+def programs_of(path):
+    with open_result(path) as file:
+        return file.attributes["program_text"].split(", ")
+
+
+def test_what_other_programs_have_computed_is_mixed_only_when_told(folder, capsys, another_program):
+    """And then the file names them all. An installed program, without git, knows no revision: that
+    was a KeyError."""
     assert run_here("study.yaml", "--part", "2/3", "--overwrite") == 0
     for name in THREE:
         with h5py.File(name, "r+") as file:
@@ -170,7 +176,12 @@ def test_what_other_programs_have_computed_is_never_mixed(folder, capsys, anothe
     line = refused(capsys, "whole.h5", *THREE)
     assert "computed by different programs" in line
     assert "f" * 16 in line
+    assert "--allow-mixed" in line
     assert not (folder / "whole.h5").exists()
+    assert merge.main(["whole.h5", *THREE, "--allow-mixed"]) == 0
+    assert len(programs_of("whole.h5")) == 2
+    assert "f" * 16 in programs_of("whole.h5")
+    assert datasets("whole.h5") == datasets("single.h5")
 
 
 def test_resume_refuses_what_another_program_has_begun(folder, capfd, another_program):
@@ -178,8 +189,12 @@ def test_resume_refuses_what_another_program_has_begun(folder, capfd, another_pr
     assert run_here("study.yaml", "--resume") == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert f"was begun by another program: hpcrub {__version__} (revision " in line
+    assert "--allow-mixed" in line
     assert run_here("study.yaml", "--status") == 75  # reading never refuses
-    shutil.copy("single.h5", "whole.h5")
+    before = programs_of("whole.h5")
+    assert run_here("study.yaml", "--resume", "--allow-mixed") == 0
+    assert programs_of("whole.h5") == [*before, "f" * 16]
+    assert datasets("whole.h5") == datasets("single.h5")
     assert run_here("study.yaml", "--resume") == 0  # complete: nothing is computed
 
 

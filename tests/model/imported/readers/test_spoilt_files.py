@@ -114,6 +114,9 @@ def dataset(shape, **options):
     ("fill", "words"),
     [
         (dataset((10**6, 10**6), chunks=(1000, 1000)), "cannot be read"),
+        (dataset(10**7, chunks=1000, compression="gzip"), "claims 80,000,000 bytes, and holds 0"),
+        (dataset(3, external=[("other.h5", 0, 24)]), "m.h5: K is a link, or its data is stored"),
+        (lambda f: f.update(K=h5py.ExternalLink("pipe", "K")), "m.h5: K is a link, or its data"),
         (lambda file: file.create_group("/".join("a" * 3000)), "cannot be read"),
         (lambda _: Path("m.h5").unlink() or Path("m.h5").touch(), "is empty"),
         (lambda _: Path("m.h5").unlink() or Path("m.h5").mkdir(),
@@ -121,6 +124,9 @@ def dataset(shape, **options):
     ],
 )  # fmt: skip
 def test_files_that_are_no_model_are_refused(folder, capsys, fill, words):
+    with h5py.File("other.h5", "w") as other:
+        other["K"] = np.ones(3)
+    os.mkfifo("pipe")
     with h5py.File("m.h5", "w") as file:
         fill(file)
     assert command("model", "m.h5") == 2
