@@ -92,7 +92,7 @@ def _configuration(config: Any) -> Config:
         return Config(**config)
     if not isinstance(config, (str, os.PathLike)):
         raise InputError(f"{config!r} is no Config, no keys, and no path of an input file")
-    runs = load_runs(config)
+    runs = load_runs(Path(config))
     if len(runs) != 1:
         raise InputError(f"{config}: {len(runs)} runs; `hpcrub run` computes several")
     return runs[0]
