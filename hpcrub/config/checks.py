@@ -221,9 +221,10 @@ def _casing_problems(c: Any) -> Iterator[str]:
             f"{counted(c.disk.n_blades, 'blade')} of the disk"
         )
     if is_known and (least := 1e3 * c.clearance) + min(0.0, *(blades or (0.0,))) < 0.0:
+        own = f", and {min(blades):g} mm of casing.blade_clearance_mm" if blades else ""
         yield (
-            f"casing: a clearance of {least:g} mm, casing.clearance_offset_mm included, and "
-            f"{min(blades or (0.0,)):g} mm of casing.blade_clearance_mm leave less than none"
+            f"casing: a clearance of {least:g} mm, casing.clearance_offset_mm included{own}, "
+            "leaves less than none"
         )
 
 

@@ -116,7 +116,7 @@ WRONG = [
     ("casing: {clearance_hz_mm: [[34, 0.3], [36, 0.2]]}", "from 34 to 36 Hz say nothing of all"),
     ("casing: {clearance_hz_mm: [[33, 0.3], [36, 0.2], [36, 0.1]]}",
      "is not a list of 2 to 1000 increasing values"),
-    ("casing: {clearance_hz_mm: [[20, 0.3], [33, -0.1], [36, 0.2]]}", "leave less than none"),
+    ("casing: {clearance_hz_mm: [[20, 0.3], [33, -0.1], [36, 0.2]]}", "leaves less than none"),
     ("casing: {clearance_hz_mm: [[33, 0.3]]}",
      "[[33, 0.3]] is not a list of 2 to 1000 increasing values, each a list"),
     ("casing: {clearance_hz_mm: 0.3}",

@@ -40,7 +40,7 @@ limits: {amplitude_mm: 10}
 REFUSED = {
     "threshold.key=casing.clearance": "casing.clearance: unknown key",
     "threshold.key=limits.amplitude_mm": "limits.amplitude_mm changes no disk",
-    "threshold.lowest=2": "is not above threshold.lowest, 2",
+    "threshold.lowest=2": "2.0 is not below threshold.highest, 1.4",
     "limits.amplitude_mm=null": "needs limits.amplitude_mm or limits.stress_mpa",
     "mistuning.half_range_percent=[1, 2]": "a threshold study is of one level",
     "threshold.lowest=-1": "casing.clearance_mm",
@@ -255,7 +255,7 @@ def test_a_clearance_over_the_speed_is_moved_as_a_whole():
     np.testing.assert_allclose(moved.clearances(np.array([30, 35, 40])), [1e-4, 5e-5, 0], atol=1e-9)
     assert at_value(config, 0.1).clearance == pytest.approx(config.clearance + 1e-4)
     told = refusal(at_value, config, -0.25)
-    assert "casing.clearance_offset_mm: -0.25 leaves less than no clearance" in told
+    assert "a clearance of -0.005 mm, casing.clearance_offset_mm included" in told
 
 
 def test_samples_that_are_not_given_are_as_many_as_the_target_needs():
