@@ -228,9 +228,9 @@ def _refine(residues: Any, oscillators: Any, w: Any, low: Any, high: Any) -> tup
 
     apart = (high - low) / 2.0
     for _ in range(_PARABOLAS):
-        before, here, after = (size(w + k * apart) ** -2.0 for k in (-1.0, 0.0, 1.0))
-        bend = before - 2.0 * here + after
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # of tips that do not move
+            before, here, after = (size(w + k * apart) ** -2.0 for k in (-1.0, 0.0, 1.0))
+            bend = before - 2.0 * here + after
             to_vertex = np.where(bend > 0.0, (before - after) / (2.0 * bend), 0.0)
         w = np.clip(w + apart * np.clip(to_vertex, -1.0, 1.0), low, high)
         apart = apart / _CLOSER
