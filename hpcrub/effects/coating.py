@@ -7,6 +7,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted, percent
+from hpcrub.contact.lanes import WIDTH
 from hpcrub.effects.effect import (
     Change,
     Effect,
@@ -19,8 +20,9 @@ from hpcrub.effects.effect import (
 from hpcrub.model.coating import Coating
 from hpcrub.model.reduction import Modes
 from hpcrub.response.quantities import Quantity
+from hpcrub.response.revolution import Grid
 from hpcrub.response.sweep import SweepResult
-from hpcrub.response.wear import ENDED, Wear
+from hpcrub.response.wear import ENDED, N_ANGLES, REVOLUTIONS, Wear
 from hpcrub.results.layout import ANGLE, Dataset, datasets
 from hpcrub.results.samples import of_levels
 from hpcrub.results.storage import ResultFile
@@ -87,6 +89,13 @@ class Wearing(Effect):
     def exists(self, config: Config) -> bool:
         """Whether the contact law is abradable."""
         return config.contact.wears
+
+    def n_numbers(self, config: Config, grid: Grid) -> int:
+        """Worn depths of all lanes, now and after some windows, and of the results."""
+        kept = 3 + REVOLUTIONS // config.steady_state.window_revolutions
+        bars = WIDTH * grid.steps_per_revolution * kept
+        results = config.speeds.n_values * N_ANGLES * (1 + config.mistuning.tuned_runs)
+        return config.disk.n_strips * (bars + results)
 
     def of_disk(self, result: SweepResult, speeds_hz: np.ndarray) -> dict[str, float]:
         """Largest worn depth, and its speed."""

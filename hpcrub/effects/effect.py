@@ -14,6 +14,7 @@ from hpcrub.config.schema import Config
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Observers
 from hpcrub.response.quantities import Quantity
+from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import SweepResult
 from hpcrub.response.wear import Wear
@@ -104,6 +105,10 @@ class Effect:
     def warnings(self, config: Config, problem: Problem) -> Iterator[str]:
         """Warnings about what a study that integrates does not resolve, before it begins."""
         return iter(())
+
+    def n_numbers(self, config: Config, grid: Grid) -> int:
+        """Numbers that the effect keeps in memory while a disk is integrated."""
+        return 0
 
     def of_disk(self, result: SweepResult, speeds_hz: np.ndarray) -> dict[str, float]:
         """Return {name: value} of `peaks` for one disk of a contact study."""

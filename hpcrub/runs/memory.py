@@ -6,6 +6,7 @@ The layout of the result file reserves the space on the disk.
 import math
 import os
 
+from hpcrub import effects
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.errors import InputError
 from hpcrub.response import history
@@ -42,6 +43,7 @@ def estimate(run: Run) -> int:
         integration = NUMBER * (grid.steps_per_block + 2 * records * n_points * WIDTH)
         if config.disk.model is not None:  # Delassus operators of all points
             integration += NUMBER * 4 * n_points**2 * WIDTH
+        integration += NUMBER * sum(e.n_numbers(config, grid) for e in effects.of(config))
         if study.histories:
             records = history.n_records(speed, config.history.duration_s, scene)
             kept = config.n_coordinates + 4 * n_points  # forces, displacements, gaps

@@ -25,6 +25,7 @@ def laptop(monkeypatch):
         "speeds: {from_hz: 1e-6, to_hz: 1e-6}",
         "study: threshold\nthreshold: {tolerance: 1e-3}\nmistuning: {samples: 1000000}",
         "time: {step_s: 2e-12}",
+        "contact: {law: abradable}\ntime: {step_s: 1e-10}",
         "study: interaction_map\nhistory: {duration_s: 1000}\ntime: {step_s: 1e-9}",
     ],
 )
