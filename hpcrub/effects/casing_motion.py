@@ -318,11 +318,11 @@ def wave_lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterat
             if found[j, family, k] <= SHOWN * highest
         ]
         yield text + (f", meets {', '.join(meets)}" if meets else "")
-    overtaken = casing.n_waves[critical < highest]
-    if len(overtaken):
+    followed, _ = overtaken(config, casing)
+    if len(followed):
         yield (
             f"casing: from {critical.min():.4g} Hz on the rotor overtakes waves of the casing (n = "
-            f"{', '.join(map(str, overtaken))}); contact feeds these, and motions may grow"
+            f"{', '.join(map(str, followed))}); contact feeds these, and motions may grow"
         )
     else:
         yield f"casing: no wave is overtaken up to {critical.min():.4g} Hz"
