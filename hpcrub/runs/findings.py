@@ -57,11 +57,17 @@ def kinematics(
         yield from _estimate(config, largest)
 
 
+def is_far(config: Config, size: float) -> bool:
+    """Whether small displacements leave out much of a motion of a size [m]."""
+    shift, reach = left_out(config, size)
+    return abs(shift) >= SMALL * reach > 0.0
+
+
 def _estimate(config: Config, largest: float) -> Iterator[Finding]:
     """Finding about what small displacements leave out of a motion of a size [m], by a formula."""
-    shift, reach = left_out(config, largest)
-    if reach <= 0.0 or abs(shift) < SMALL * reach:
+    if not is_far(config, largest):
         return
+    shift, reach = left_out(config, largest)
     way = "outwards" if shift > 0.0 else "inwards"
     known = f"a tip off its circle stands {way} by {1e3 * abs(shift):.2g} mm, as the blade is bent"
     change = "contact.kinematics: second_order computes with that, and a checklist what it changes"
@@ -125,18 +131,22 @@ def disks_without_result(n_lost: int, n: int, meaning: str) -> Iterator[Finding]
 
 
 def of_disks(
-    config: Config, sizes: np.ndarray, states: np.ndarray, meaning: str = BEYOND
+    config: Config,
+    sizes: np.ndarray,
+    states: np.ndarray,
+    meaning: str = BEYOND,
+    to_second_order: Finding | None = None,
 ) -> Iterator[Finding]:
     """Findings against the largest amplitudes of the disks that were computed, of any shape.
 
     sizes [m]: not finite without a result; states: codes of ``status`` of their points; meaning:
-    of a disk without a result.
+    of a disk without a result; to_second_order: as `computed` of `kinematics`.
     """
     n_lost = int(np.count_nonzero(~np.isfinite(sizes)))
     yield from disks_without_result(n_lost, sizes.size, meaning)
     lost, n = (int(np.count_nonzero(there)) for there in (states == NOT_STEADY, states != NO_POINT))
     yield from not_settled(config, lost, n, "peaks")
-    yield from kinematics(config, sizes[np.isfinite(sizes)])
+    yield from kinematics(config, sizes[np.isfinite(sizes)], to_second_order)
 
 
 def not_settled(

@@ -12,6 +12,7 @@ from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE, PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.warmup import warm_up
+from hpcrub.setup.problem import build_problem, to_second_order
 
 
 class Round(NamedTuple):
@@ -26,6 +27,7 @@ class Round(NamedTuple):
     # parts that are still expected, these tasks included, by the first index of a task (K,), where
     # it tells how long they take; None: one part takes as long as another
     ahead: np.ndarray | None = None
+    to_second_order: bool = False  # whether the tasks are disks once more, to second order
 
 
 class Job:
@@ -63,7 +65,7 @@ class Job:
         self.n_finished = 0  # parts, on rank 0
         self.round: Any = None  # Round, on all ranks without its tasks
         self.tasks: Sequence[Any] = ()  # of the round, on rank 0
-        self.has_kernel = False
+        self.kernels: set[bool] = set()  # that are loaded, by `Round.to_second_order`
 
     def run(self) -> None:
         """Compute and write all missing results, round after round (all ranks).
@@ -72,8 +74,9 @@ class Job:
         """
         self.team.on_root(self._take_stock)
         while planned := self.team.on_root(self._plan):
-            if planned.integrates and self.study.integrates and not self.has_kernel:
-                self.load_kernel()
+            is_missing = planned.to_second_order not in self.kernels
+            if planned.integrates and self.study.integrates and is_missing:
+                self.load_kernel(planned.to_second_order)
             if self.round is None or self.round.phase != planned.phase:
                 self.phase(planned.phase or self.study.unit)
                 if planned.ahead is None or self.round is None:
@@ -81,12 +84,14 @@ class Job:
             self.round = planned
             self.team.run_tasks(self.tasks, self._compute, self._collect)
 
-    def load_kernel(self) -> None:
-        """Compile the kernel, or load it, before anything is measured (all ranks)."""
+    def load_kernel(self, of_second_order: bool = False) -> None:
+        """Compile a kernel, or load it, before anything is measured (all ranks)."""
         self.phase("loading the kernel")
         problem = self.study.problem_of(self.prepared)
-        warm_up(self.team, self.config, problem, self.study.histories)
-        self.has_kernel = True
+        if of_second_order:
+            problem = self.team.on_root(lambda: build_problem(to_second_order(self.config)))
+        warm_up(self.team, self.config, problem, self.study.histories and not of_second_order)
+        self.kernels.add(of_second_order)
         self.begin()
 
     def begin(self) -> None:
@@ -124,7 +129,10 @@ class Job:
     def _compute(self, tasks: Any, poll: Any) -> Any:
         """Compute tasks together, and write each, its status last. Returns the duration [s]."""
         start = time.perf_counter()
-        computed = self.study.compute_all(self.config, self.prepared, tasks, poll)
+        if self.round.to_second_order:
+            computed = self.study.compute_to_second_order(self.config, tasks, poll)
+        else:
+            computed = self.study.compute_all(self.config, self.prepared, tasks, poll)
         for task, found in computed:
             for name, where, values in found:
                 self.file.write({name: values}, where)

@@ -118,6 +118,12 @@ class Study:
         for task in tasks:
             yield task, list(self.compute(config, prepared, task, poll))
 
+    def compute_to_second_order(
+        self, config: Config, tasks: Sequence[Any], poll: Poll
+    ) -> Iterator[tuple[Any, list[Values]]]:
+        """Compute tasks once more, of a round to second order, as `compute_all`."""
+        raise NotImplementedError
+
     def cost(self, config: Config) -> Cost:
         """Amount of work in all tasks together."""
         return Cost()

@@ -191,6 +191,11 @@ def allows_second_order(config: Config) -> bool:
     return fits and (config.disk.model is None or config.disk.second_order_per_m is not None)
 
 
+def to_second_order(config: Config) -> Config:
+    """The input with displacements to second order."""
+    return config.replace({"contact.kinematics": "second_order"})
+
+
 def scene_of(config: Config, interface: Interface | None = None) -> Scene:
     """Casing, contact, time step, steady-state test of a configuration, without a law of its own.
 

@@ -23,7 +23,8 @@ from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.necklaces import candidates, compare
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude
-from hpcrub.studies.contact.trials import Trials, peaks_of
+from hpcrub.studies.contact.second_order import cost_of_others
+from hpcrub.studies.contact.trials import Case, Trials, peaks_of, to_second_order
 
 FIRST_DISKS = 64  # disks of every pattern in the first round
 BLOCK = 32  # disks of a task
@@ -41,6 +42,7 @@ LAYOUT = (
             "largest amplitude in contact over the speeds; NaN: not computed, or none"),
     Dataset("peak_status", ("pattern", "contact_sample"), "1", PEAK_STATUS, "u1"),
     Dataset("contact_status", ("pattern", "contact_sample"), "1", "0 pending, 1 done", "u1"),
+    *to_second_order("pattern", "contact_sample"),
 )  # fmt: skip
 
 
@@ -124,6 +126,8 @@ class PatternStudy(Trials):
     name = "patterns"
     what = "which pattern of blade types makes mistuned disks vibrate least"
     sections = ("patterns",)
+    amplitude = "contact_amplitude_m"
+    which = "the best pattern, and of disks without one,"
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
@@ -161,13 +165,14 @@ class PatternStudy(Trials):
         """Cost of all rounds of the linear analysis, and of the disks in contact."""
         n_patterns, asked = len(words_of(config)) - 1, config.patterns
         contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
-        return Cost(contact, disks=n_linear(config, n_patterns) + contact)
+        bent = cost_of_others(config)
+        return Cost(contact + bent, disks=n_linear(config, n_patterns) + contact)
 
     def parts(self, file: ResultFile) -> np.ndarray:
         """Status of all disks of the linear analysis, and in contact."""
         return np.hstack([file.read("status"), file.read("contact_status")])
 
-    def next_round(self, file: ResultFile) -> Round:
+    def next_disks(self, file: ResultFile) -> Round:
         """Pending disks of the next round of linear analyses; at the end, those in contact."""
         rounds = Rounds(file)
         known = {name: getattr(rounds, name) for name in ("n_disks", "percentile", "worse_by")}
@@ -183,6 +188,17 @@ class PatternStudy(Trials):
         pending = [(p, b) for p in here.tolist() for b in blocks if PENDING in rounds.status[p, b]]
         n_all, of = n_linear(file.config, len(rounds.words) - 1), "linear disks"
         return Round(pending, known, n_all, of, integrates=False)
+
+    def case(self, config: Config, task: Any) -> Case:
+        """Disk in contact of a task; task: numbers of pattern and disk."""
+        types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
+        return Case(config, deviation(config, 0, task[1]) + types[words_of(config)[task[0]]])
+
+    def deciding(self, file: ResultFile) -> list[tuple[int, ...]]:
+        """The largest motions in contact of the best pattern, and without one."""
+        size = np.nan_to_num(file.read(self.amplitude))
+        rows = [] if (rounds := Rounds(file)).missing else [rounds.left[0], 0]
+        return [(int(row), int(size[row].argmax())) for row in rows if size[row].any()]
 
     def compute_all(
         self, config: Config, prepared: Prepared, tasks: Sequence[Any], poll: Poll
@@ -264,7 +280,8 @@ class PatternStudy(Trials):
             yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
         size, done = file.read("contact_amplitude_m"), file.read("contact_status") == DONE
         states, meaning = file.read("peak_status"), "are missing in the percentiles in contact"
-        yield from findings.of_disks(file.config, size[done], states, meaning)
+        bent = self.second_order_finding(file)
+        yield from findings.of_disks(file.config, size[done], states, meaning, bent)
         yield from findings.too_few_samples(
             [file.config.patterns.percentile], file.config.mistuning.samples
         )

@@ -18,6 +18,7 @@ from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed, n_to_be_below
 from hpcrub.studies.contact import trials
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent
+from hpcrub.studies.contact.second_order import cost_of_others
 from hpcrub.studies.contact.trials import Case, Trials, beyond
 
 FIRST_DISKS = 100  # disks of the first estimate
@@ -81,13 +82,13 @@ class Rare(Trials):
     def cost(self, config: Config) -> Cost:
         """Cost of the disks that the goal is supposed to need, at every speed."""
         disks = min(of_question(config) or 0, config.mistuning.samples)
-        return Cost(disks, disks=disks)
+        return Cost(disks + cost_of_others(config), disks=disks)
 
-    def case(self, config: Config, task: int) -> Case:
+    def case(self, config: Config, task: Any) -> Case:
         """Disk of a task, which is its number."""
-        return Case(config, deviation(config, 0, task))
+        return Case(config, deviation(config, 0, int(np.ravel(task)[0])))
 
-    def next_round(self, file: ResultFile) -> Round:
+    def next_disks(self, file: ResultFile) -> Round:
         """The pending disks of the next estimate, until the goal is met or no disk is left.
 
         An estimate depends on its disks alone, whatever else the file holds.
@@ -103,6 +104,10 @@ class Rare(Trials):
         tasks = [] if over else np.flatnonzero(~there[: n[end]]).tolist()
         expected = n_needed(goal, found[0, end - 1]) if end else 0
         return Round(tasks, dict(zip(ESTIMATE, found, strict=True)), expected)
+
+    def deciding(self, file: ResultFile) -> list[tuple[int, ...]]:
+        """The disks nearest the limit."""
+        return trials.nearest_the_limit(file)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The probability, and the number of disks that it took."""
@@ -124,7 +129,8 @@ class Rare(Trials):
         yield from trials.left_for_others(file)
         names = "peak_amplitude_m", "peak_status", "peak_speed_hz"
         size, states, at = (file.read(name)[computed] for name in names)
-        yield from findings.of_disks(config, size, states)
+        bent = self.second_order_finding(file)
+        yield from findings.of_disks(config, size, states, to_second_order=bent)
         if speeds.n_values > 1:
             places = np.searchsorted(speeds.values_hz, at[size > 0.0])
             yield from findings.of_peaks(config, places)

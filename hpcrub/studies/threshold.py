@@ -29,11 +29,14 @@ from hpcrub.statistics.rare import Goal, n_needed
 from hpcrub.statistics.threshold import ABOVE, BELOW, FIRST_DISKS, UNKNOWN, Search
 from hpcrub.studies.contact import trials
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent, severities
+from hpcrub.studies.contact.second_order import cost_of_others
 
 NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
     *(f"mistuning.{name}" for name in ("seed", "samples", "tuned_runs", "checked_samples")),
 )
+OF_KEY = "value", "crossing"  # datasets in the unit of the key
+UNITS = {"": "1", "%": "percent", "deg": "degree"}  # in a result file
 _V = ("value",)
 LAYOUT = (
     Dataset("value", _V, "1", "values of the key, in its own unit"),
@@ -54,6 +57,12 @@ class Threshold(trials.Trials):
     what = "value of a key that meets a limit with a probability"
     sections = ("threshold", "run_up")
     datasets = LAYOUT
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets of the result file; values of the key have its unit."""
+        unit = name_and_unit(Config, config.threshold.key or "")[1].strip()
+        units = UNITS.get(unit, unit)
+        return tuple(line._replace(units=units) if line.name in OF_KEY else line for line in LAYOUT)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
@@ -125,7 +134,7 @@ class Threshold(trials.Trials):
         nothing = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
         search = Search.followed(*nothing, config.threshold.probability)
         disks = round(float(search.still_expected().sum()))
-        return Cost(disks, disks=disks)
+        return Cost(disks + cost_of_others(config), disks=disks)
 
     def tried(self, config: Config) -> list[Config]:
         """Inputs at values over the whole range, whose disks may differ tenfold in their cost."""
@@ -137,7 +146,7 @@ class Threshold(trials.Trials):
         here = at_value(config, float(values_of(config)[task[0]]))
         return trials.Case(here, deviation(here, 0, task[1]))
 
-    def next_round(self, file: ResultFile) -> Round:
+    def next_disks(self, file: ResultFile) -> Round:
         """The pending disks of the next values to test; they do not depend on other disks."""
         config, there = file.config, file.status != PENDING
         search = Search.followed(severities(file), there, config.threshold.probability)
@@ -149,6 +158,13 @@ class Threshold(trials.Trials):
         ahead = search.still_expected()
         expected = round(float(search.n_done.sum() + ahead.sum()))
         return Round(tasks, results(config, search), expected, phase, ahead=ahead)
+
+    def deciding(self, file: ResultFile) -> list[tuple[int, ...]]:
+        """The disks nearest the limit, at the values on either side of the crossing."""
+        search = search_of(file)
+        ends = np.zeros(len(search.n_done), dtype=bool)
+        ends[list(search.crossings()[0]) if search.crossings() else slice(None)] = True
+        return trials.nearest_the_limit(file, ends[:, None])
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""
@@ -195,7 +211,8 @@ class Threshold(trials.Trials):
         far = (search.sides() == ABOVE) & bool(search.crossings())
         far &= ~np.isin(np.arange(len(far)), search.crossings())
         sizes[np.repeat(far, search.n_done) & np.isfinite(sizes)] = 0.0
-        yield from findings.of_disks(file.config, sizes, states)
+        bent = self.second_order_finding(file)
+        yield from findings.of_disks(file.config, sizes, states, to_second_order=bent)
 
 
 def _not_as_close_as_asked(file: ResultFile, search: Search) -> Iterator[Finding]:

@@ -93,6 +93,7 @@ def test_every_disk_is_that_of_brute_force_and_the_crossing_is_there(brute):
         n, above, found = (file[name][()] for name in ("n_disks", "n_above", "peak_amplitude_m"))
         low, high = file["crossing"][()]
         values, side = file["value"][()], file["side"][()]
+        assert {file[name].attrs["units"] for name in ("value", "crossing")} == {b"mm"}
     for v in range(len(values)):
         np.testing.assert_array_equal(found[v, : n[v]], peaks[v, : n[v]])
         assert above[v] == np.count_nonzero(peaks[v, : n[v]] > limit)

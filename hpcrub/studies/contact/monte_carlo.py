@@ -142,7 +142,7 @@ class MonteCarlo(Job):
         runs = self._sweeps(n, run, "speeds of the tuned disk", first_checked=True)
         bent: list[Any] = []
 
-        def to_second_order() -> Problem | None:
+        def problem_of() -> Problem | None:
             return second_order.problem_of(config, runs[0].peak(self.speeds_hz)[0])
 
         def write() -> Any:
@@ -150,7 +150,7 @@ class MonteCarlo(Job):
             amplification.write_tuned(config, problem, self.file, runs, more)
             return amplification.reference_of(self.file, problem)
 
-        if further := self.team.on_root(to_second_order):
+        if further := self.team.on_root(problem_of):
             warm_up(self.team, config, further, histories=False)
             disk = partial(second_order.disk, config, further)
             bent = self._sweeps(second_order.n_disks(config), disk, "speeds to second order")

@@ -1,6 +1,7 @@
 """What small displacements leave out: some disks of a study, once more to second order.
 
-The tuned disk goes first, then the first samples of the last level.
+Of a contact study these are the tuned disk and the first samples of the last level, of trials the
+disks that decide the answer.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,13 +17,20 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import FAR_OFF, MOST_LOST, REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.setup.disks import deviation, rubbing_modes
-from hpcrub.setup.problem import Problem, allows_second_order, build_problem, left_out
+from hpcrub.setup.problem import (
+    Problem,
+    allows_second_order,
+    build_problem,
+    to_second_order,
+)
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import Integrated, tuned_run
 
 FURTHER = 2.0  # times as far as the tuned disk mistuned ones may move
-MOST = 2  # mistuned disks that are computed to second order
+MOST = 2  # mistuned disks of a contact study, or trials, that are computed to second order
+COST = 8, 2  # cost of a disk to second order: planar, and of a model file
 KEY = "contact.kinematics: second_order"
+BEGIN = "to second order, with the shift of a tip by the bending of its blade, "
 PEAK, SPEED = "tuned/second_order_peak_m", "tuned/second_order_speed_hz"
 
 
@@ -48,10 +56,9 @@ def problem_of(config: Config, tuned_peak: float) -> Problem | None:
 
     tuned_peak: of the tuned disk at small displacements [m].
     """
-    shift, reach = left_out(config, FURTHER * tuned_peak)
-    if not n_disks(config) or not abs(shift) >= findings.SMALL * reach > 0.0:
+    if not (n_disks(config) and findings.is_far(config, FURTHER * tuned_peak)):
         return None
-    return build_problem(config.replace({"contact.kinematics": "second_order"}))
+    return build_problem(to_second_order(config))
 
 
 def disk(config: Config, problem: Problem, number: int) -> tuple[Modes, Scene]:
@@ -79,26 +86,15 @@ def of_displacements(file: ResultFile, sizes: np.ndarray) -> Iterator[Finding]:
 def _finding(file: ResultFile, largest: float) -> Finding:
     """What the disks to second order say; largest: motion of all disks [m]."""
     before, after = float(file.read("tuned/peak_amplitude_m")), file.read(PEAK)
-    begin = "to second order, with the shift of a tip by the bending of its blade, "
-    if not np.isfinite(after[0]):
-        advice = f"{begin}the tuned disk has no result at any speed: {KEY} says why"
-        return Finding(USELESS, "outside small displacements", advice)
-    third = findings.third_order(file.config, after[0])
-    if third > findings.THIRD:
-        most = after[0] * np.sqrt(findings.THIRD / third)
-        advice = (
-            f"{begin}the tuned disk moves by up to {1e3 * after[0]:.3g} mm, and without it by "
-            f"{1e3 * before:.3g} mm; the second order can tell motions of up to {1e3 * most:.2g} "
-            "mm: sign no millimetres or MPa, and take ratios only with care"
-        )
-        return Finding(SINGLE, "tips move further than second order can tell", advice)
+    if beyond := _beyond_range(file.config, "the tuned disk", before, after[0]):
+        return beyond
     change = after[0] / before - 1.0
     speeds = float(file.read("tuned/peak_speed_hz")), float(file.read(SPEED)[0])
     was, now = (
         f"{1e3 * size:.3g} mm at {speed:.5g} Hz"
         for size, speed in zip((before, after[0]), speeds, strict=True)
     )
-    advice = f"{begin}the peak of the tuned disk is {now}, not {was} ({_signed(change)} %)"
+    advice = f"{BEGIN}the peak of the tuned disk is {now}, not {was} ({_signed(change)} %)"
     if speeds[1] in file.config.speeds.values_hz[[0, -1]]:
         advice += ", and may be higher beyond that speed"
     numbers = np.array(file.config.samples)
@@ -106,14 +102,76 @@ def _finding(file: ResultFile, largest: float) -> Finding:
     small = file.read("samples/peak_amplitude_m", (-1, slice(len(there)))) / before
     ratios = finite(after[1 + there] / after[0] / small - 1.0)
     if len(ratios):
-        by = " to ".join(dict.fromkeys(_signed(end) for end in (ratios.min(), ratios.max())))
-        advice += f", and A_nl of {counted(len(ratios), 'disk')} changes by {by} %"
+        advice += f", and A_nl of {counted(len(ratios), 'disk')} changes by {_range(ratios)} %"
     why = f"second order moves the tuned peak by {_signed(change)} %"
     if np.abs(ratios).max(initial=0.0) > FAR_OFF:
         return Finding(USELESS, why, f"{advice}: {KEY}")
     if abs(change) * max(largest / before, 1.0) ** 2 > MOST_LOST:
         return Finding(SINGLE, why, f"{advice}: {KEY} for millimetres and MPa")
     return Finding(REMARK, why, advice)
+
+
+def _beyond_range(config: Config, which: str, before: float, after: float) -> Finding | None:
+    """Finding about disks without a result to second order, or beyond what this order can tell.
+
+    which: the disks are; before, after: their largest amplitude at small displacements and to
+    second order [m].
+    """
+    if not np.isfinite(after):
+        advice = f"{BEGIN}there is no result of {which} at any speed: {KEY} says why"
+        return Finding(USELESS, "outside small displacements", advice)
+    third = findings.third_order(config, after)
+    if third <= findings.THIRD:
+        return None
+    most = after * np.sqrt(findings.THIRD / third)
+    advice = (
+        f"{BEGIN}the largest motion of {which} is {1e3 * after:.3g} mm, and without it "
+        f"{1e3 * before:.3g} mm; the second order can tell motions of up to {1e3 * most:.3g} mm: "
+        "sign no millimetres or MPa, and take ratios only with care"
+    )
+    return Finding(SINGLE, "tips move further than second order can tell", advice)
+
+
+def matters(config: Config, size: float) -> bool:
+    """Whether a disk that moves by a size [m] is to be computed to second order, too."""
+    asked = config.mistuning.checked_samples and allows_second_order(config)
+    return bool(asked) and findings.is_far(config, size)
+
+
+def cost_of_others(config: Config, most: int = MOST) -> int:
+    """Cost of the disks of other studies to second order, in disks at small displacements."""
+    n = min(config.mistuning.checked_samples, most)
+    return COST[config.disk.model is not None] * n * allows_second_order(config)
+
+
+def of_others(
+    file: ResultFile, which: str, before: np.ndarray, after: np.ndarray
+) -> Finding | None:
+    """What disks of other studies say to second order; None: none was computed.
+
+    which: the disks are; before, after: their largest amplitudes at small displacements and to
+    second order, NaN where not computed, of one shape [m].
+    """
+    known = ~np.isnan(after) & (before > 0.0)
+    if not known.any():
+        return None
+    before, after = before[known], after[known]
+    last = int(np.argmax(after))
+    if beyond := _beyond_range(file.config, which, before[last], after[last]):
+        return beyond
+    changes = after / before - 1.0
+    sizes = f"{1e3 * after.max():.3g} mm, not {1e3 * before.max():.3g} mm"
+    advice = f"{BEGIN}the largest motion of {which} is {sizes} (changes: {_range(changes)} %)"
+    why = f"second order moves peaks of {which} by {_range(changes)} %"
+    most = np.abs(changes).max()
+    if most > MOST_LOST:
+        return Finding(USELESS if most > FAR_OFF else SINGLE, why, f"{advice}: {KEY}")
+    return Finding(REMARK, why, advice)
+
+
+def _range(shares: np.ndarray) -> str:
+    """The least and the largest of some shares in per cent, each with its sign."""
+    return " to ".join(dict.fromkeys(_signed(end) for end in (shares.min(), shares.max())))
 
 
 def _signed(share: float) -> str:

@@ -26,7 +26,6 @@ from hpcrub.studies.contact.limits import limit_lines
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
 COST_OF_CHECKS = 5  # of a checked disk: half the step takes 2, four times the time 2 to 3
-SECOND_ORDER = 8, 2  # cost of a disk to second order: planar, and of a model file
 # keys and sections in which a study may differ from the contact study that it starts from
 APART = (
     *("study", "sources", "mistuning.", "convergence.", "limits."),
@@ -84,7 +83,7 @@ class Contact(Study):
         n_disks = len(config.levels) * len(config.samples) + n_runs(config)
         most = config.mistuning.checked_samples
         checked = 1 + sum(n < most for n in config.samples) if most else 0
-        bent = SECOND_ORDER[config.disk.model is not None] * second_order.n_disks(config)
+        bent = second_order.COST[config.disk.model is not None] * second_order.n_disks(config)
         return Cost(n_disks + COST_OF_CHECKS * checked + bent, disks=n_disks)
 
     def problems(self, config: Config) -> Iterator[str]:

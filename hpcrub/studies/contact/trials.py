@@ -1,7 +1,7 @@
 """Trials: disks in contact, each in one case of the input, and one table of what they did.
 
-A case is a changed input, or a deviation of the blades. The table tells which trials come next: see
-`Study.next_round`.
+A case is a changed input, or a deviation of the blades. The table tells which trials come next; in
+the last round the disks that decide the answer are computed once more, to second order.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,13 +21,16 @@ from hpcrub.response.sweep import Disk, run_sweeps
 from hpcrub.results.layout import PEAK_STATUS, PENDING, Dataset, Values
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
+from hpcrub.runs.job import Round
 from hpcrub.runs.study import Poll, Study
 from hpcrub.setup.disks import rubbing_modes
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.setup.run_up import asked_of
+from hpcrub.studies.contact import second_order
 from hpcrub.studies.contact.amplification import followed, peak, peak_status
 from hpcrub.studies.contact.limits import severities, severity
 
+BENT, BENT_STATUS = "second_order_amplitude_m", "second_order_status"
 EVERY = 50  # one disk in so many is followed longer, to see whether motions stay
 CHANCE = 0.05  # probability of so many in one direction by chance, below which it is none
 MOST_TOGETHER = 64  # disks that are integrated together, at most
@@ -49,6 +52,15 @@ def table(*dimensions: str, note: str = "") -> tuple[Dataset, ...]:
     )
 
 
+def to_second_order(*dimensions: str) -> tuple[Dataset, ...]:
+    """Datasets of the trials that are computed to second order, too."""
+    words = "largest amplitude to second order; NaN: not computed, infinite: no result"
+    return (
+        Dataset(BENT, dimensions, "m", words),
+        Dataset(BENT_STATUS, dimensions, "1", "1: computed to second order, too", "u1"),
+    )
+
+
 def limited_table(*dimensions: str) -> tuple[Dataset, ...]:
     """Datasets of trials whose disks must meet a limit; some of them are followed longer."""
     words = "amplitude or stress over its limit when followed 4 times as long; NaN: not followed"
@@ -56,19 +68,50 @@ def limited_table(*dimensions: str) -> tuple[Dataset, ...]:
         *table(*dimensions),
         Dataset("followed_severity", dimensions, "1", words),
         Dataset("status", dimensions, "1", "0 pending, 1 done", "u1"),
+        *to_second_order(*dimensions),
     )
 
 
 class Trials(Study):
-    """A study of trials. A subclass has datasets of a `table`, and tells the `case` of a task."""
+    """A study of trials. A subclass has datasets of a `table`, and tells the `case` of a task.
+
+    One whose results tell what comes next has `next_disks`, and one with datasets `to_second_order`
+    tells its `deciding` disks.
+    """
 
     integrates = True
     of_tasks = False
     unit = "disks"
+    amplitude = "peak_amplitude_m"  # dataset of the disks' largest amplitudes
+    which = "disks nearest the limit"  # that decide the answer
 
     def case(self, config: Config, task: Any) -> Case | None:
         """Disk and input of a task; None: there is nothing to compute."""
         raise NotImplementedError
+
+    def next_disks(self, file: ResultFile) -> Round:
+        """Tasks that are computed next, as `next_round`, at small displacements."""
+        return super().next_round(file)
+
+    def deciding(self, file: ResultFile) -> Sequence[tuple[int, ...]]:
+        """Tasks of a complete table whose disks decide its answer, the most deciding ones first."""
+        return ()
+
+    def next_round(self, file: ResultFile) -> Round:
+        """The disks that are asked for; then those that decide, to second order."""
+        last, config = self.next_disks(file), file.config
+        most = min(config.mistuning.checked_samples, second_order.MOST)
+        deciding = () if last.tasks else self.deciding(file)[:most]
+        tasks = [
+            task for task in deciding
+            if not file.read(BENT_STATUS, task) and (case := self.case(config, task))
+            and second_order.matters(case.config, float(file.read(self.amplitude, task)))
+        ]  # fmt: skip
+        if not tasks:
+            return last
+        n = int(np.count_nonzero(self.parts(file) != PENDING)) + len(tasks)
+        phase = f"{self.unit} to second order"
+        return Round(tasks, last.known, n, phase, BENT_STATUS, to_second_order=True)
 
     def n_together(self, prepared: Any) -> int:
         """Most disks that are worth integrating together."""
@@ -98,6 +141,22 @@ class Trials(Study):
                     sizes = later["peak_amplitude_m"], later["peak_stress_pa"]
                     found["followed_severity"] = severity(of, *sizes)
                 yield task, [(name, task, found[name]) for name in found if name in there]
+
+    def compute_to_second_order(
+        self, config: Config, tasks: Sequence[Any], poll: Poll
+    ) -> Iterator[tuple[Any, list[Values]]]:
+        """Compute disks once more, to second order."""
+        for task in tasks:
+            if case := self.case(config, task):
+                there = second_order.to_second_order(case.config)
+                problem = _problem_of(there.to_yaml())
+                ((_, found),) = peaks_of(there, problem, [case.blades], poll)
+                size = np.nan_to_num(found["peak_amplitude_m"], nan=np.inf)
+                yield task, [(BENT, task, size)]
+
+    def second_order_finding(self, file: ResultFile) -> Finding | None:
+        """What the disks to second order say, if there are any."""
+        return second_order.of_others(file, self.which, file.read(self.amplitude), file.read(BENT))
 
 
 @lru_cache(maxsize=4)
@@ -162,6 +221,17 @@ def _peaks_of_runs(
 def beyond(file: ResultFile) -> np.ndarray:
     """Whether the disks of a table were computed and exceed a limit, or have no result."""
     return (file.status != PENDING) & ~(severities(file) <= 1.0)
+
+
+def nearest_the_limit(file: ResultFile, among: np.ndarray | bool = True) -> list[Any]:
+    """Indices of the disks nearest their limit, the nearest first; among: which ones to look at."""
+    sizes = severities(file)
+    far = np.full(sizes.shape, np.inf)
+    known = (sizes > 0.0) & among
+    far[known] = np.abs(np.log(sizes[known]))
+    nearest = np.argsort(far, axis=None, kind="stable")[: second_order.MOST]
+    places = np.transpose(np.unravel_index(nearest, far.shape)).tolist()
+    return [tuple(place) for place in places if np.isfinite(far[tuple(place)])]
 
 
 def left_for_others(file: ResultFile) -> Iterator[Finding]:

@@ -22,8 +22,9 @@ from hpcrub.runs.kept import Kept
 from hpcrub.runs.study import Poll, Study
 from hpcrub.setup import imported
 from hpcrub.setup.disks import deviation, rubbing_modes, run_deviation, sigma_of
-from hpcrub.setup.problem import Problem
+from hpcrub.setup.problem import Problem, build_problem, to_second_order
 from hpcrub.setup.run_up import asked_of
+from hpcrub.studies.contact import second_order
 from hpcrub.studies.contact.amplification import finer
 from hpcrub.studies.contact.study import APART, open_contact, require_complete
 from hpcrub.studies.run_up import summary
@@ -59,6 +60,9 @@ LAYOUT = (
         "median peak of the repetitions over that of the tuned disk in the same leg; NaN: that one "
         "hardly moves"),
     Dataset("tuned/run_status", ("rate",), "1", "0 pending, 1 done", "u1"),
+    Dataset("tuned/second_order_peak_m", _RUN, "m",
+            "peak_amplitude_m to second order at one rate; NaN: not computed, infinite: no result"),
+    Dataset(summary.BENT_STATUS, ("rate",), "1", "1: computed to second order, too", "u1"),
 )  # fmt: skip
 STEADY = (
     Dataset("steady_speed_hz", ("steady_speed",), "Hz", "speeds of the contact study of sources"),
@@ -142,7 +146,7 @@ class RunUp(Study):
     def cost(self, config: Config) -> Cost:
         """Steps of all repetitions of all disks, and of the tuned disk with half the step."""
         n_disks = len(config.levels) * len(config.samples)
-        return Cost(n_disks + 3, disks=n_disks + 1)
+        return Cost(n_disks + 3 + second_order.cost_of_others(config, 1), disks=n_disks + 1)
 
     def prepare(self, config: Config) -> Any:
         """Prepare a Problem. Raises InputError for speeds beyond the matrices of a model file."""
@@ -174,8 +178,12 @@ class RunUp(Study):
             return Round([(rate,) for rate in rates], status="tuned/run_status")
         tasks = np.argwhere(file.read("samples/status") == PENDING)
         tasks = tasks[np.argsort(tasks[:, 1], kind="stable")]  # all levels of a sample together
-        known = {} if len(tasks) else {"samples/amplification": summary.amplifications(file)}
-        return Round([tuple(task) for task in tasks.tolist()], known, status="samples/status")
+        if len(tasks):
+            return Round([tuple(task) for task in tasks.tolist()], status="samples/status")
+        known = {"samples/amplification": summary.amplifications(file)}
+        bent = [(rate,) for rate in summary.pending_to_second_order(file)]
+        phase, where = "disk to second order", summary.BENT_STATUS
+        return Round(bent, known, None, phase, where, to_second_order=True)
 
     def compute_all(
         self, config: Config, prepared: Any, tasks: Sequence[Any], poll: Poll
@@ -198,6 +206,20 @@ class RunUp(Study):
             yield task, list(found)
             for state in kept:
                 state.forget()
+
+    def compute_to_second_order(
+        self, config: Config, tasks: Sequence[Any], poll: Poll
+    ) -> Iterator[tuple[Any, list[Values]]]:
+        """Run the tuned disk up once more at one rate, to second order; tasks: (rate,)."""
+        bent = to_second_order(config)
+        problem = build_problem(bent)
+        modes = rubbing_modes(bent, problem, run_deviation(bent, 0))
+        for (rate,) in tasks:
+            runner = Runner(modes, problem.scene, run_up.schedules(bent)[rate], asked_of(bent))
+            kept = Kept(config, ("tuned", rate, "bent"))
+            peak = np.fmax.reduce(kept.finish(runner, poll).envelope, axis=-1)
+            yield (rate,), [("tuned/second_order_peak_m", rate, np.nan_to_num(peak, nan=np.inf))]
+            kept.forget()
 
     def has_tuned(self, file: ResultFile) -> bool:
         """Whether the tuned disk is complete."""

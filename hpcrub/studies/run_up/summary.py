@@ -15,6 +15,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings as common
 from hpcrub.statistics.percentiles import finite, interval_in_words, with_interval
+from hpcrub.studies.contact import second_order
 from hpcrub.studies.contact.limits import limits_in_words
 
 STEP_ERROR = 0.05  # effect of half the time step on a peak from which on it is told
@@ -23,6 +24,7 @@ CANTILEVER = 1.57  # participation of the first mode of a clamped beam in an eve
 FAINT = 1e-2  # of the largest peak: smaller ones are no vibrations
 HARDLY = 0.1  # of a tuned disk's peak in another leg: no reference of an amplification
 STRAY = 0.02  # of the casing's reach: a deflection by the Euler force that is told
+BENT_STATUS = "tuned/second_order_status"
 LOST = 0.01  # share of runs without a result, above which no percentile is usable
 
 
@@ -288,9 +290,24 @@ def findings(file: ResultFile) -> Iterator[Finding]:
             "what chance does to a peak shows little in "
             f"{counted(config.run_up.repeats, 'repetition')}: run_up.repeats up to 8",
         )  # fmt: skip
-    yield from common.kinematics(config, _of_all(file, "peak_amplitude_m"))
+    yield from common.kinematics(config, _of_all(file, "peak_amplitude_m"), _second_order(file))
     if config.pattern_deviation is None:
         yield from common.too_few_samples(config.convergence.percentiles, len(config.samples))
+
+
+def pending_to_second_order(file: ResultFile) -> list[int]:
+    """Rate of the tuned disk's largest peak, if it is still to be computed to second order."""
+    largest = np.fmax.reduce(np.nan_to_num(of_tuned(file)), axis=1)
+    rate = int(largest.argmax())
+    due = second_order.matters(file.config, float(largest[rate]))
+    return [rate] if due and not file.read(BENT_STATUS, rate) else []
+
+
+def _second_order(file: ResultFile) -> Finding | None:
+    """What the tuned disk says to second order, in the legs in which it moves."""
+    moves = np.where(_hardly_moves(file), 0.0, of_tuned(file))
+    bent = of_tuned(file, "second_order_peak_m")
+    return second_order.of_others(file, "the tuned disk", moves, bent)
 
 
 def _without_reference(file: ResultFile) -> Iterator[Finding]:

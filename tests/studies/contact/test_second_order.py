@@ -5,13 +5,16 @@ import pytest
 
 from hpcrub import studies
 from hpcrub.config.schema import Config
+from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS
+from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
-from hpcrub.studies.contact import findings, second_order
+from hpcrub.studies.contact import findings, second_order, trials
 from hpcrub.studies.contact import layout as contact_file
-from tests.program import TINY, lay_out, run_here
+from hpcrub.studies.run_up import summary
+from tests.program import BRIEF, TINY, computed, lay_out, run_here
 
 CHECKED = TINY.replace("checked_samples: 0", "checked_samples: 1, tuned_runs: 1")
 
@@ -85,3 +88,82 @@ def test_a_part_and_a_smaller_study_have_the_disks_of_the_whole():
         for number in range(3):
             (mine, _), (theirs, _) = (second_order.disk(c, problem, number) for c in (part, whole))
             np.testing.assert_array_equal(mine.omega, theirs.omega)
+
+
+LIMITED = "limits: {amplitude_mm: 12}\n"
+DECIDING = {
+    "rare": LIMITED.replace("}", ", probability_error: 0.9}"),
+    "threshold": LIMITED
+    + "threshold: {key: casing.clearance_mm, lowest: 0.3, highest: 0.5, tolerance: 0.1, "
+    "probability: 0.4}\n",
+    "patterns": "patterns: {types_percent: [2, -2], kept: 1, candidates: 2, contact_samples: 2}\n",
+}
+
+
+@pytest.mark.parametrize("study", DECIDING)
+def test_disks_that_decide_an_answer_are_computed_to_second_order(study, tmp_path, capsys):
+    """They are those of the same input to second order; the verdict says it; a stop loses none."""
+    text = BRIEF.replace("checked_samples: 0", "checked_samples: 2").replace("[2, 4]", "[4]")
+    text = text.replace("samples: 2", "samples: 16") + f"study: {study}\n{DECIDING[study]}"
+    computed(tmp_path, text)
+    with open_result(tmp_path / "one.h5", mode="r+") as file:
+        of = studies.run_of(file.config).study
+        after, before = file.read(trials.BENT), file.read(of.amplitude)
+        places = [tuple(place) for place in np.argwhere(~np.isnan(after))]
+        assert len(places) == 2
+        assert sorted(map(tuple, of.deciding(file)))[: len(places)] == sorted(places)
+        for place in places:
+            config, blades = of.case(file.config, place)
+            config = config.replace({"contact.kinematics": "second_order"})
+            problem = build_problem(config)
+            modes = modes_of(config, problem, blades)
+            alone = run_sweep(modes, problem.scene, config.speeds.values_hz).amplitude.max()
+            assert after[place] == alone != before[place]
+        found = [finding.advice for finding in of.findings(file)]
+        (line,) = (advice for advice in found if advice.startswith("to second order"))
+        biggest = 1e3 * max(after[place] for place in places)
+        assert f"is {biggest:.3g} mm" in line
+        file.write({trials.BENT_STATUS: 0, trials.BENT: np.nan}, places[0])
+        assert not of.is_enough(file)
+    assert run_here("study.yaml", "--output", "one.h5", "--resume", folder=tmp_path) == 0
+    with open_result(tmp_path / "one.h5") as file:
+        np.testing.assert_array_equal(file.read(trials.BENT), after)
+
+
+def test_the_tuned_disk_runs_up_to_second_order(tmp_path):
+    """Its peaks are those of a study to second order."""
+    text = TINY.replace("checked_samples: 0", "checked_samples: 1").partition("\n")[2]
+    text += "study: run_up\nrun_up: {from_hz: 33, to_hz: 36, hz_per_s: [4, 8], repeats: 2}\n"
+    computed(tmp_path, text)
+    bent = "contact.kinematics=second_order"
+    computed(tmp_path, text, "--set", bent, output="two.h5")
+    with open_result(tmp_path / "one.h5") as file, open_result(tmp_path / "two.h5") as other:
+        found = file.read("tuned/second_order_peak_m")
+        (rate,) = np.flatnonzero(np.isfinite(found[:, 0, 0]))
+        assert rate == np.nanmax(file.read("tuned/peak_amplitude_m"), axis=(1, 2)).argmax()
+        np.testing.assert_array_equal(found[rate], other.read("tuned/peak_amplitude_m", rate))
+        assert np.isnan(other.read("tuned/second_order_peak_m")).all()
+        words = " ".join(found.advice for found in summary.findings(file))
+    assert f"the tuned disk is {1e3 * np.median(found[rate], axis=0).max():.3g} mm, not" in words
+
+
+@pytest.mark.parametrize(
+    ("after", "severity", "words"),
+    [
+        ([np.nan, np.nan], None, ""),
+        ([0.0302, 0.0202], REMARK, "is 30.2 mm, not 30 mm (changes: +0.67 to +1 %)"),
+        ([0.0290, np.nan], REMARK, "(changes: -3.3 %)"),
+        ([0.0330, 0.0202], SINGLE, "(changes: +1 to +10 %)"),
+        ([0.0220, 0.0202], USELESS, "(changes: -27 to +1 %)"),
+        ([0.0550, 0.0202], SINGLE, "is 55 mm, and without it 30 mm"),
+        ([np.inf, 0.0202], USELESS, "there is no result of the disks"),
+    ],
+)
+def test_it_weighs_how_far_peaks_move(tmp_path, after, severity, words):
+    config = Config.from_yaml(CHECKED).replace({"output": str(tmp_path / "x.h5")})
+    lay_out(config.output, config)
+    with studies.open_result(config.output) as file:
+        sizes = np.array([0.03, 0.02]), np.array(after)
+        found = second_order.of_others(file, "the disks", *sizes)
+    assert (found and found.severity) == severity
+    assert words in (found.advice if found else "")
