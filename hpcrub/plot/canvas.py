@@ -26,7 +26,8 @@ from hpcrub.plot.intervals import WORDS
 from hpcrub.plot.style import STYLE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies import open_result
+from hpcrub.results.verdict import REMARK
+from hpcrub.studies import open_result, run_of
 
 LETTERS = 12  # letters per inch of a line below a figure
 ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; width of a symbol with its space [inch]
@@ -170,6 +171,8 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
                 if about.needs == "random":
                     canvas.note(*lost_disks(shown))
                 draw(canvas, shown if about.several else shown[0], **options)
+                if about.main and len(shown) == 1:
+                    canvas.note(*_doubts(shown[0]))
                 canvas.finish(files)
             return canvas.axes[0] if len(canvas.axes) == 1 else np.array(canvas.axes)
 
@@ -196,6 +199,12 @@ def _opened(file: Any) -> Iterator[list[ResultFile]]:
             else:
                 files.append(one)
         yield files
+
+
+def _doubts(file: ResultFile) -> list[str]:
+    """The verdict on a result that is not simply usable."""
+    verdict = run_of(file.config).study.verdict(file)
+    return [verdict.words] if verdict.severity > REMARK else []
 
 
 def _check(name: str, about: About, files: list[ResultFile]) -> None:

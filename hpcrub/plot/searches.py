@@ -13,6 +13,7 @@ from hpcrub.statistics.percentiles import Z_95, finite, probability_interval
 from hpcrub.statistics.threshold import ABOVE, BELOW, UNKNOWN
 from hpcrub.studies.checklist import CHANGES, LEAST_CHANGE, moved
 from hpcrub.studies.contact.limits import limits_in_words, severities
+from hpcrub.studies.contact.trials import BENT
 from hpcrub.studies.patterns import Rounds, in_letters
 from hpcrub.studies.rare import last_estimate, probability_in_words
 from hpcrub.studies.threshold import crossing_in_words, ends_of_crossing, search_of
@@ -27,7 +28,8 @@ def threshold(canvas: Canvas, file: ResultFile) -> None:
 
     Bars are 95 % intervals. Green: the asked probability is met, with 99 % confidence; orange: it
     is not; grey: neither is known. The line is the answer, and the band is where the probability
-    crosses the asked one. Values with a single disk are not drawn at the left.
+    crosses the asked one. Values with a single disk are not drawn at the left. Diamonds are what
+    the second order makes of disks nearest the limit.
     """
     chance, size = canvas.panels(1, 2, (13.0, 5.2))[0]
     _draw_probability(chance, file)
@@ -81,6 +83,13 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
     axes.plot(values, peaks[:, 0], ".-", ms=4, lw=1.0, color="0.6", label="the first disk")
     computed = [finite(row[:disks]) for row, disks in zip(peaks[seen], n[seen], strict=True)]
     draw_curves(axes, values[seen], computed, at, look, from_one=False)
+    bent = 1e3 * file.read(BENT)
+    for row, disk in np.argwhere(np.isfinite(bent)):
+        ends = peaks[row, disk], bent[row, disk]
+        axes.plot(
+            [values[row]] * 2, ends, "-D", markevery=[1], ms=7, color=ORANGE, zorder=4,
+            label="to second order",
+        )  # fmt: skip
     if file.config.limits.amplitude_mm is not None:
         axes.axhline(file.config.limits.amplitude_mm, label="limit", **DOTTED)
     axes.set(ylabel="largest amplitude [mm]", ylim=(0.0, None))

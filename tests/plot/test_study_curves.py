@@ -50,7 +50,8 @@ def test_time_response(random, law):
         f"study: time_response\nspeeds: {{from_hz: 30, to_hz: 30}}\ncontact: {{law: {law}}}",
         time_s=time, deviation=np.zeros((2, 12)), tangential_m=random.uniform(-1e-2, 1e-2, shape),
         radial_m=random.uniform(-1e-3, 1e-3, shape), gap_m=random.uniform(0, 1e-3, shape),
-        point_status=np.full(2, STEADY), force_n=random.uniform(0, 1e4, shape),
+        point_status=np.full(2, STEADY), point_reason=np.zeros(2, int),
+        force_n=random.uniform(0, 1e4, shape),
         check_s=np.array([0.3, 0.5]), window_s=0.1, correlation=np.array([[1, 1], [0.5, 0.99]]),
         amplitude_change=np.zeros((2, 2)), judged_s=np.array([0.3, 0.5]),
         block_s=np.linspace(0.1, 0.5, 5), worn_depth_m=random.uniform(0, 1e-3, (2, 5)),
@@ -96,10 +97,12 @@ def test_interaction_map():
         deviation=np.zeros((1, 12)), spectrum_m=spectrum[None], natural_frequencies_hz=natural,
         point_reason=np.zeros((1, len(speeds)), np.uint8),
         point_status=np.full((1, len(speeds)), STEADY), mean_error_m=np.zeros((1, len(speeds))),
-        mean_amplitude_m=spectrum.max(axis=1)[None],
+        mean_amplitude_m=spectrum.max(axis=1)[None], amplitude_m=spectrum.max(axis=1)[None],
     )  # fmt: skip
     file.values["point_status"][0, 4:40] = NOT_STEADY
     axes = plot.interaction_map(file)
+    below = axes.figure.legends[0].get_title().get_text()  # the verdict, and why
+    assert "not usable: 36 of 121 points have not settled" in below
     assert_drawn(axes, ([21.75, 39.75], [1, 1]))  # half a step beyond the first and the last
     np.testing.assert_allclose(axes.collections[0].get_array(), 1e3 * spectrum.T)
     assert_drawn(axes, (speeds, speeds), (speeds, 4 * speeds), (speeds, 0 * speeds + 90))
@@ -127,6 +130,7 @@ def test_branches(random):
         speeds_hz=np.array([34.0, 34.2, 34.4]), amplitude_m=1e-3 * mean,
         window_amplitude_m=1e-3 * mean[..., None] + [-1e-5, 1e-5] * 30,
         window_localisation=local, point_status=np.full((4, 3), STEADY),
+        point_reason=np.zeros((4, 3), int),
     )  # fmt: skip
     file.values["point_status"][2, 0] = NOT_STEADY
     axes = plot.branches(file)

@@ -15,7 +15,7 @@ from hpcrub.results.verdict import SINGLE, USELESS
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.statistics.threshold import ABOVE, BELOW
 from hpcrub.studies import open_result
-from hpcrub.studies.contact.trials import beyond
+from hpcrub.studies.contact.trials import BENT, beyond
 from hpcrub.studies.threshold import STUDY as THRESHOLD
 from hpcrub.studies.threshold import (
     at_value,
@@ -135,6 +135,14 @@ def test_the_figure_tells_where_the_asked_probability_is_met(brute):
     assert not drawn
     safe = values[sides == -1].min()
     assert [text.get_text() for text in chance.texts] == [f"answer: {safe:g} mm"]
+
+
+def test_the_figure_leads_from_a_disk_to_what_second_order_makes_of_it(file):
+    file.write({BENT: 0.007}, (1, 0))
+    _, sizes = plot.threshold(file)
+    (line,) = (one for one in sizes.get_lines() if one.get_label() == "to second order")
+    before, value = file.read("peak_amplitude_m", (1, 0)), file.read("value", 1)
+    np.testing.assert_allclose(line.get_xydata(), [[value, 1e3 * before], [value, 7.0]])
 
 
 def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):
