@@ -24,7 +24,7 @@ from hpcrub.statistics.necklaces import candidates, compare
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude
 from hpcrub.studies.contact.second_order import cost_of_others
-from hpcrub.studies.contact.trials import Case, Trials, peaks_of, to_second_order
+from hpcrub.studies.contact.trials import Case, Trials, bent_table, peaks_of
 
 FIRST_DISKS = 64  # disks of every pattern in the first round
 BLOCK = 32  # disks of a task
@@ -42,7 +42,7 @@ LAYOUT = (
             "largest amplitude in contact over the speeds; NaN: not computed, or none"),
     Dataset("peak_status", ("pattern", "contact_sample"), "1", PEAK_STATUS, "u1"),
     Dataset("contact_status", ("pattern", "contact_sample"), "1", "0 pending, 1 done", "u1"),
-    *to_second_order("pattern", "contact_sample"),
+    *bent_table("pattern", "contact_sample"),
 )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ from hpcrub.results.verdict import MOST_LOST, SINGLE, USELESS, Finding
 from hpcrub.runs.job import Round
 from hpcrub.runs.study import Poll, Study
 from hpcrub.setup.disks import rubbing_modes
-from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.setup.problem import Problem, build_problem, to_second_order
 from hpcrub.setup.run_up import asked_of
 from hpcrub.studies.contact import second_order
 from hpcrub.studies.contact.amplification import followed, peak, peak_status
@@ -52,7 +52,7 @@ def table(*dimensions: str, note: str = "") -> tuple[Dataset, ...]:
     )
 
 
-def to_second_order(*dimensions: str) -> tuple[Dataset, ...]:
+def bent_table(*dimensions: str) -> tuple[Dataset, ...]:
     """Datasets of the trials that are computed to second order, too."""
     words = "largest amplitude to second order; NaN: not computed, infinite: no result"
     return (
@@ -68,15 +68,15 @@ def limited_table(*dimensions: str) -> tuple[Dataset, ...]:
         *table(*dimensions),
         Dataset("followed_severity", dimensions, "1", words),
         Dataset("status", dimensions, "1", "0 pending, 1 done", "u1"),
-        *to_second_order(*dimensions),
+        *bent_table(*dimensions),
     )
 
 
 class Trials(Study):
     """A study of trials. A subclass has datasets of a `table`, and tells the `case` of a task.
 
-    One whose results tell what comes next has `next_disks`, and one with datasets `to_second_order`
-    tells its `deciding` disks.
+    One whose results tell what comes next has `next_disks`, and one with a `bent_table` tells its
+    `deciding` disks.
     """
 
     integrates = True
@@ -148,7 +148,7 @@ class Trials(Study):
         """Compute disks once more, to second order."""
         for task in tasks:
             if case := self.case(config, task):
-                there = second_order.to_second_order(case.config)
+                there = to_second_order(case.config)
                 problem = _problem_of(there.to_yaml())
                 ((_, found),) = peaks_of(there, problem, [case.blades], poll)
                 size = np.nan_to_num(found["peak_amplitude_m"], nan=np.inf)
