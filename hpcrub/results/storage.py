@@ -246,6 +246,9 @@ class ResultFile:
                 for path in accumulate(name.split("/"), "{}/{}".format):  # also of its groups
                     if isinstance(self._file.get(path, getlink=True), LINKS):
                         _require_own(self.path, path, None)
+                if not isinstance(self._file.get(name), h5py.Dataset):
+                    by = f"{self.written_by()} wrote it, or it is damaged"
+                    raise InputError(f"{self.path} has no dataset {name}: {by}")
                 _require_own(self.path, name, self._dataset(name))
 
     def __contains__(self, name: str) -> bool:
