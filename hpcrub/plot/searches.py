@@ -29,7 +29,7 @@ def threshold(canvas: Canvas, file: ResultFile) -> None:
     Bars are 95 % intervals. Green: the asked probability is met, with 99 % confidence; orange: it
     is not; grey: neither is known. The line is the answer, and the band is where the probability
     crosses the asked one. Values with a single disk are not drawn at the left. Diamonds are what
-    the second order makes of disks nearest the limit.
+    the second order makes of the first disks at the crossing.
     """
     chance, size = canvas.panels(1, 2, (13.0, 5.2))[0]
     _draw_probability(chance, file)
@@ -87,7 +87,7 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
     for row, disk in np.argwhere(np.isfinite(bent)):
         ends = peaks[row, disk], bent[row, disk]
         axes.plot(
-            [values[row]] * 2, ends, "-D", markevery=[1], ms=7, color=ORANGE, zorder=4,
+            [values[row]] * 2, ends, "-D", markevery=[1], ms=5, lw=1.0, color=ORANGE, zorder=4,
             label="to second order",
         )  # fmt: skip
     if file.config.limits.amplitude_mm is not None:

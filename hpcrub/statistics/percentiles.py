@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import betaincinv, ndtr
+from scipy.special import betaincinv, ndtr, stdtrit
 
 MIN_VALUES = 10  # least percentile values to judge convergence by: two may agree by chance
 Z_95 = 1.96  # normal quantile of 95 % confidence
@@ -25,6 +25,13 @@ Z_95 = 1.96  # normal quantile of 95 % confidence
 def finite(values: np.ndarray) -> np.ndarray:
     """Those of some values (...) that are known, neither NaN nor infinite, in their order (n,)."""
     return values[np.isfinite(values)]
+
+
+def mean_and_error(values: np.ndarray) -> tuple[float, float]:
+    """Mean of a few values (n,), and half its 95 % interval (Student); NaN for fewer than two."""
+    n = len(values)
+    error = stdtrit(n - 1, 0.975) * values.std(ddof=1) / np.sqrt(n) if n > 1 else np.nan
+    return float(values.mean()), float(error)
 
 
 def probability_interval(count: npt.ArrayLike, n: npt.ArrayLike, z: float) -> np.ndarray:

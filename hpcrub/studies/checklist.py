@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
 
 from hpcrub.config import run_up
 from hpcrub.config.schema import Config
@@ -25,7 +24,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import deviation, run_deviation
 from hpcrub.setup.problem import allows_second_order
-from hpcrub.statistics.percentiles import finite
+from hpcrub.statistics.percentiles import finite, mean_and_error
 from hpcrub.studies.contact.trials import Case, Trials, table
 
 LEAST_CHANGE = 0.01  # smallest mean change of the disks that counts [-]
@@ -190,8 +189,7 @@ def moved(size: np.ndarray) -> list[tuple[float, float, float]]:
         if len(ratio) < 2:
             moves.append((np.nan, np.nan, np.nan))
             continue
-        error = stdtrit(len(ratio) - 1, 0.975) * ratio.std(ddof=1) / np.sqrt(len(ratio))
-        moves.append((float(ratio.mean()), float(error), float(np.abs(ratio).max())))
+        moves.append((*mean_and_error(ratio), float(np.abs(ratio).max())))
     return moves
 
 

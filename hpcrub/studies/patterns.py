@@ -4,7 +4,7 @@ Successive halving (Karnin, Koren and Somekh, ICML 2013): every round doubles th
 and drops the worse half of the patterns. All patterns get the same random disks.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.necklaces import candidates, compare
 from hpcrub.statistics.percentiles import finite
 from hpcrub.studies.contact.amplification import linear_amplitude
-from hpcrub.studies.contact.second_order import cost_of_others
+from hpcrub.studies.contact.second_order import OF_TRIALS, cost_of_others
 from hpcrub.studies.contact.trials import Case, Trials, bent_table, peaks_of
 
 FIRST_DISKS = 64  # disks of every pattern in the first round
@@ -127,7 +127,7 @@ class PatternStudy(Trials):
     what = "which pattern of blade types makes mistuned disks vibrate least"
     sections = ("patterns",)
     amplitude = "contact_amplitude_m"
-    which = "the best pattern, and of disks without one,"
+    which = "the first disks of the best pattern, and without one,"
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
@@ -194,11 +194,10 @@ class PatternStudy(Trials):
         types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
         return Case(config, deviation(config, 0, task[1]) + types[words_of(config)[task[0]]])
 
-    def deciding(self, file: ResultFile) -> list[tuple[int, ...]]:
-        """The largest motions in contact of the best pattern, and without one."""
-        size = np.nan_to_num(file.read(self.amplitude))
-        rows = [] if (rounds := Rounds(file)).missing else [rounds.left[0], 0]
-        return [(int(row), int(size[row].argmax())) for row in rows if size[row].any()]
+    def at_the_answer(self, file: ResultFile, known: Mapping[str, Any]) -> list[tuple[int, int]]:
+        """The first disks in contact of the best pattern, and without one."""
+        each = min(OF_TRIALS // 2, file.config.patterns.contact_samples)
+        return [(row, disk) for row in (int(Rounds(file).left[0]), 0) for disk in range(each)]
 
     def compute_all(
         self, config: Config, prepared: Prepared, tasks: Sequence[Any], poll: Poll

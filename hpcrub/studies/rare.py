@@ -1,6 +1,6 @@
 """Small probability of exceeding a limit: disk after disk, until it is known as well as asked."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed, n_to_be_below
 from hpcrub.studies.contact import trials
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent
-from hpcrub.studies.contact.second_order import cost_of_others
+from hpcrub.studies.contact.second_order import OF_TRIALS, cost_of_others
 from hpcrub.studies.contact.trials import Case, Trials, beyond
 
 FIRST_DISKS = 100  # disks of the first estimate
@@ -105,9 +105,9 @@ class Rare(Trials):
         expected = n_needed(goal, found[0, end - 1]) if end else 0
         return Round(tasks, dict(zip(ESTIMATE, found, strict=True)), expected)
 
-    def deciding(self, file: ResultFile) -> list[tuple[int, ...]]:
-        """The disks nearest the limit."""
-        return trials.nearest_the_limit(file)
+    def at_the_answer(self, file: ResultFile, known: Mapping[str, Any]) -> list[tuple[int]]:
+        """The first disks."""
+        return [(disk,) for disk in np.flatnonzero(file.status != PENDING)[:OF_TRIALS].tolist()]
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The probability, and the number of disks that it took."""

@@ -3,7 +3,7 @@
 The same disks are drawn at every value; `statistics.threshold` tells which ones to compute.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from hpcrub.statistics.rare import Goal, n_needed
 from hpcrub.statistics.threshold import ABOVE, BELOW, FIRST_DISKS, UNKNOWN, Search
 from hpcrub.studies.contact import trials
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent, severities
-from hpcrub.studies.contact.second_order import cost_of_others
+from hpcrub.studies.contact.second_order import OF_TRIALS, cost_of_others
 
 NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
@@ -57,6 +57,7 @@ class Threshold(trials.Trials):
     what = "value of a key that meets a limit with a probability"
     sections = ("threshold", "run_up")
     datasets = LAYOUT
+    which = "the first disks at the crossing"
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file; values of the key have its unit."""
@@ -159,12 +160,13 @@ class Threshold(trials.Trials):
         expected = round(float(search.n_done.sum() + ahead.sum()))
         return Round(tasks, results(config, search), expected, phase, ahead=ahead)
 
-    def deciding(self, file: ResultFile) -> list[tuple[int, ...]]:
-        """The disks nearest the limit, at the values on either side of the crossing."""
-        search = search_of(file)
-        ends = np.zeros(len(search.n_done), dtype=bool)
-        ends[list(search.crossings()[0]) if search.crossings() else slice(None)] = True
-        return trials.nearest_the_limit(file, ends[:, None])
+    def at_the_answer(self, file: ResultFile, known: Mapping[str, Any]) -> list[tuple[int, int]]:
+        """The first disks at both ends of the crossing, or where most disks were computed."""
+        n_done, each = known["n_disks"], OF_TRIALS // 2
+        ends = np.flatnonzero(np.isin(file.read("value"), known["crossing"]))
+        if not len(ends):
+            ends = np.argsort(-n_done, kind="stable")[:2]
+        return [(int(v), disk) for v in ends for disk in range(min(each, n_done[v]))]
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The value that meets the limit, and the number of disks that the search took."""

@@ -1,7 +1,7 @@
 """What small displacements leave out: some disks of a study, once more to second order.
 
 Of a contact study these are the tuned disk and the first samples of the last level, of trials the
-disks that decide the answer.
+first disks at the answer: a choice by what they did would favour disks of rare motions.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,11 +23,12 @@ from hpcrub.setup.problem import (
     build_problem,
     to_second_order,
 )
-from hpcrub.statistics.percentiles import finite
+from hpcrub.statistics.percentiles import finite, mean_and_error
 from hpcrub.studies.contact.amplification import Integrated, tuned_run
 
 FURTHER = 2.0  # times as far as the tuned disk mistuned ones may move
-MOST = 2  # mistuned disks of a contact study, or trials, that are computed to second order
+MOST = 2  # mistuned disks of a contact study that are computed to second order
+OF_TRIALS = 6  # disks of a study of trials
 COST = 8, 2  # cost of a disk to second order: planar, and of a model file
 KEY = "contact.kinematics: second_order"
 BEGIN = "to second order, with the shift of a tip by the bending of its blade, "
@@ -114,8 +115,8 @@ def _finding(file: ResultFile, largest: float) -> Finding:
 def _beyond_range(config: Config, which: str, before: float, after: float) -> Finding | None:
     """Finding about disks without a result to second order, or beyond what this order can tell.
 
-    which: the disks are; before, after: their largest amplitude at small displacements and to
-    second order [m].
+    which: the disks are; before, after: their (median) peak at small displacements and to second
+    order, infinite without a result [m].
     """
     if not np.isfinite(after):
         advice = f"{BEGIN}there is no result of {which} at any speed: {KEY} says why"
@@ -125,9 +126,9 @@ def _beyond_range(config: Config, which: str, before: float, after: float) -> Fi
         return None
     most = after * np.sqrt(findings.THIRD / third)
     advice = (
-        f"{BEGIN}the largest motion of {which} is {1e3 * after:.3g} mm, and without it "
-        f"{1e3 * before:.3g} mm; the second order can tell motions of up to {1e3 * most:.3g} mm: "
-        "sign no millimetres or MPa, and take ratios only with care"
+        f"{BEGIN}the peak of {which} is {1e3 * after:.3g} mm, and without it {1e3 * before:.3g} "
+        f"mm; the second order can tell motions of up to {1e3 * most:.3g} mm: sign no millimetres "
+        "or MPa, and take ratios only with care"
     )
     return Finding(SINGLE, "tips move further than second order can tell", advice)
 
@@ -138,10 +139,10 @@ def matters(config: Config, size: float) -> bool:
     return bool(asked) and findings.is_far(config, size)
 
 
-def cost_of_others(config: Config, most: int = MOST) -> int:
-    """Cost of the disks of other studies to second order, in disks at small displacements."""
-    n = min(config.mistuning.checked_samples, most)
-    return COST[config.disk.model is not None] * n * allows_second_order(config)
+def cost_of_others(config: Config, n: int = OF_TRIALS) -> int:
+    """Cost of n disks of other studies to second order, in disks at small displacements."""
+    asked = config.mistuning.checked_samples and allows_second_order(config)
+    return COST[config.disk.model is not None] * n * bool(asked)
 
 
 def of_others(
@@ -150,22 +151,24 @@ def of_others(
     """What disks of other studies say to second order; None: none was computed.
 
     which: the disks are; before, after: their largest amplitudes at small displacements and to
-    second order, NaN where not computed, of one shape [m].
+    second order, NaN where not computed, infinite without a result, of one shape [m].
+    A disk alone says little, as motions to either order are not alike: their mean change counts.
     """
     known = ~np.isnan(after) & (before > 0.0)
     if not known.any():
         return None
-    before, after = before[known], after[known]
-    last = int(np.argmax(after))
-    if beyond := _beyond_range(file.config, which, before[last], after[last]):
+    was, now = np.median(before[known]), np.median(after[known])
+    if beyond := _beyond_range(file.config, which, was, now):
         return beyond
-    changes = after / before - 1.0
-    sizes = f"{1e3 * after.max():.3g} mm, not {1e3 * before.max():.3g} mm"
-    advice = f"{BEGIN}the largest motion of {which} is {sizes} (changes: {_range(changes)} %)"
-    why = f"second order moves peaks of {which} by {_range(changes)} %"
-    most = np.abs(changes).max()
+    mean, error = mean_and_error(finite(after[known] / before[known] - 1.0))
+    change = f"{_signed(mean)} %" if np.isnan(error) else f"{_signed(mean)} ± {percent(error)} %"
+    advice = (
+        f"{BEGIN}peaks of {which} change by {change}, to {1e3 * now:.3g} mm from {1e3 * was:.3g} mm"
+    )
+    why = f"second order moves peaks of {which} by {change}"
+    least, most = abs(mean) - np.nan_to_num(error), abs(mean) + np.nan_to_num(error)
     if most > MOST_LOST:
-        return Finding(USELESS if most > FAR_OFF else SINGLE, why, f"{advice}: {KEY}")
+        return Finding(USELESS if least > FAR_OFF else SINGLE, why, f"{advice}: {KEY}")
     return Finding(REMARK, why, advice)
 
 

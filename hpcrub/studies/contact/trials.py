@@ -1,10 +1,10 @@
 """Trials: disks in contact, each in one case of the input, and one table of what they did.
 
 A case is a changed input, or a deviation of the blades. The table tells which trials come next; in
-the last round the disks that decide the answer are computed once more, to second order.
+the last round some disks at the answer are computed once more, to second order.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -75,15 +75,15 @@ def limited_table(*dimensions: str) -> tuple[Dataset, ...]:
 class Trials(Study):
     """A study of trials. A subclass has datasets of a `table`, and tells the `case` of a task.
 
-    One whose results tell what comes next has `next_disks`, and one with a `bent_table` tells its
-    `deciding` disks.
+    One whose results tell what comes next has `next_disks`, and one with a `bent_table` tells which
+    disks are computed `at_the_answer` to second order.
     """
 
     integrates = True
     of_tasks = False
     unit = "disks"
     amplitude = "peak_amplitude_m"  # dataset of the disks' largest amplitudes
-    which = "disks nearest the limit"  # that decide the answer
+    which = "the first disks"  # that are computed to second order, too
 
     def case(self, config: Config, task: Any) -> Case | None:
         """Disk and input of a task; None: there is nothing to compute."""
@@ -93,17 +93,17 @@ class Trials(Study):
         """Tasks that are computed next, as `next_round`, at small displacements."""
         return super().next_round(file)
 
-    def deciding(self, file: ResultFile) -> Sequence[tuple[int, ...]]:
-        """Tasks of a complete table whose disks decide its answer, the most deciding ones first."""
+    def at_the_answer(
+        self, file: ResultFile, known: Mapping[str, Any]
+    ) -> Sequence[tuple[int, ...]]:
+        """Tasks of a complete table whose disks are computed to second order; known: by `Round`."""
         return ()
 
     def next_round(self, file: ResultFile) -> Round:
-        """The disks that are asked for; then those that decide, to second order."""
+        """The disks that are asked for; then those at the answer, to second order."""
         last, config = self.next_disks(file), file.config
-        most = min(config.mistuning.checked_samples, second_order.MOST)
-        deciding = () if last.tasks else self.deciding(file)[:most]
         tasks = [
-            task for task in deciding
+            task for task in (() if last.tasks else self.at_the_answer(file, last.known))
             if not file.read(BENT_STATUS, task) and (case := self.case(config, task))
             and second_order.matters(case.config, float(file.read(self.amplitude, task)))
         ]  # fmt: skip
@@ -221,17 +221,6 @@ def _peaks_of_runs(
 def beyond(file: ResultFile) -> np.ndarray:
     """Whether the disks of a table were computed and exceed a limit, or have no result."""
     return (file.status != PENDING) & ~(severities(file) <= 1.0)
-
-
-def nearest_the_limit(file: ResultFile, among: np.ndarray | bool = True) -> list[Any]:
-    """Indices of the disks nearest their limit, the nearest first; among: which ones to look at."""
-    sizes = severities(file)
-    far = np.full(sizes.shape, np.inf)
-    known = (sizes > 0.0) & among
-    far[known] = np.abs(np.log(sizes[known]))
-    nearest = np.argsort(far, axis=None, kind="stable")[: second_order.MOST]
-    places = np.transpose(np.unravel_index(nearest, far.shape)).tolist()
-    return [tuple(place) for place in places if np.isfinite(far[tuple(place)])]
 
 
 def left_for_others(file: ResultFile) -> Iterator[Finding]:

@@ -304,10 +304,11 @@ def pending_to_second_order(file: ResultFile) -> list[int]:
 
 
 def _second_order(file: ResultFile) -> Finding | None:
-    """What the tuned disk says to second order, in the legs in which it moves."""
-    moves = np.where(_hardly_moves(file), 0.0, of_tuned(file))
-    bent = of_tuned(file, "second_order_peak_m")
-    return second_order.of_others(file, "the tuned disk", moves, bent)
+    """What the tuned disk says to second order, in the leg in which it moves most."""
+    small, bent = of_tuned(file), of_tuned(file, "second_order_peak_m")
+    known = np.where(np.isnan(bent), 0.0, np.nan_to_num(small)).ravel()
+    most = [int(known.argmax())]
+    return second_order.of_others(file, "the tuned disk", small.ravel()[most], bent.ravel()[most])
 
 
 def _without_reference(file: ResultFile) -> Iterator[Finding]:
