@@ -57,7 +57,7 @@ class Threshold(trials.Trials):
     what = "value of a key that meets a limit with a probability"
     sections = ("threshold", "run_up")
     datasets = LAYOUT
-    which = "the first disks at the crossing"
+    which = "the first disks at the deciding values"
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file; values of the key have its unit."""
