@@ -228,7 +228,8 @@ class Mistuning(Section):
     """first samples of the last level that are integrated with half the time step, and for four
     times as long, too, as the tuned disk is, so that the verdict can say what another step changes,
     and whether motions stay; the tuned disk and at most two of them are computed to second order as
-    well, where that may matter; of the disks of threshold and rare every fiftieth; 0: no disk is"""
+    well, where that may matter; of the disks of threshold and rare every fiftieth, and six of
+    studies of trials to second order; 0: no disk is"""
     distribution: Literal["uniform", "normal", "measured"] = "uniform"
     """of a blade's deviation within the half range: uniform as in the paper, truncated normal, or
     drawn from the blades of measured_percent"""
