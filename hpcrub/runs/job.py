@@ -63,6 +63,7 @@ class Job:
         self.expected: int | None = None  # as in the round
         self.status: np.ndarray = np.zeros(0, np.uint8)  # of every part at the begin, on rank 0
         self.n_finished = 0  # parts, on rank 0
+        self.n_bent = 0  # tasks to second order that are done, on rank 0
         self.round: Any = None  # Round, on all ranks without its tasks
         self.tasks: Sequence[Any] = ()  # of the round, on rank 0
         self.kernels: set[bool] = set()  # that are loaded, by `Round.to_second_order`
@@ -141,6 +142,10 @@ class Job:
 
     def _collect(self, tasks: Any, seconds: Any) -> None:
         """Count tasks that took some seconds, and tell how far the job is (rank 0)."""
+        if self.round.to_second_order:  # no parts: each disk was one already
+            self.n_bent += len(tasks)
+            self.progress.part(self.round.phase, self.n_bent, sum(map(len, self.tasks)))
+            return
         n_parts = sum(self.study.n_parts(self.status, task) for task in tasks)
         self.n_finished += n_parts
         self.work += Work(n_parts, 0, seconds)

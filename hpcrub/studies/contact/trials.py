@@ -109,9 +109,8 @@ class Trials(Study):
         ]  # fmt: skip
         if not tasks:
             return last
-        n = int(np.count_nonzero(self.parts(file) != PENDING)) + len(tasks)
-        phase = f"{self.unit} to second order"
-        return Round(tasks, last.known, n, phase, BENT_STATUS, to_second_order=True)
+        how = last.expected, "disks to second order", BENT_STATUS
+        return Round(tasks, last.known, *how, to_second_order=True)
 
     def n_together(self, prepared: Any) -> int:
         """Most disks that are worth integrating together."""

@@ -182,7 +182,7 @@ class RunUp(Study):
             return Round([tuple(task) for task in tasks.tolist()], status="samples/status")
         known = {"samples/amplification": summary.amplifications(file)}
         bent = [(rate,) for rate in summary.pending_to_second_order(file)]
-        phase, where = "disk to second order", summary.BENT_STATUS
+        phase, where = "disks to second order", summary.BENT_STATUS
         return Round(bent, known, None, phase, where, to_second_order=True)
 
     def compute_all(

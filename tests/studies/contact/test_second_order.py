@@ -15,6 +15,7 @@ from hpcrub.studies.contact import findings, second_order, trials
 from hpcrub.studies.contact import layout as contact_file
 from hpcrub.studies.run_up import summary
 from tests.program import BRIEF, TINY, computed, lay_out, run_here
+from tests.studies.common import lines_of_progress
 
 CHECKED = TINY.replace("checked_samples: 0", "checked_samples: 1, tuned_runs: 1")
 
@@ -171,3 +172,12 @@ def test_it_weighs_how_far_peaks_move(tmp_path, after, severity, words):
         found = second_order.of_others(file, "the disks", *sizes)
     assert (found and found.severity) == severity
     assert words in (found.advice if found else "")
+
+
+def test_disks_to_second_order_are_counted_by_themselves(tmp_path, capsys):
+    """They were "disks: 6 of 5"."""
+    text = BRIEF.replace("checked_samples: 0", "checked_samples: 1").replace("[2, 4]", "[4]")
+    text = text.replace("samples: 2", "samples: 8") + f"study: rare\n{AT_AN_ANSWER['rare']}"
+    (tmp_path / "study.yaml").write_text(text)
+    told = lines_of_progress(tmp_path, capsys, "--output", "one.h5")
+    assert [line for line in told if "order" in line][-1] == "disks to second order: 6 of 6"
