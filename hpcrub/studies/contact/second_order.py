@@ -158,7 +158,8 @@ def of_others(
     if not known.any():
         return None
     was, now = np.median(before[known]), np.median(after[known])
-    if beyond := _beyond_range(file.config, which, was, now):
+    middle = ", at the median," if np.count_nonzero(known) > 1 else ""
+    if beyond := _beyond_range(file.config, f"{which}{middle}", was, now):
         return beyond
     mean, error = mean_and_error(finite(after[known] / before[known] - 1.0))
     change = f"{_signed(mean)} %" if np.isnan(error) else f"{_signed(mean)} ± {percent(error)} %"

@@ -160,7 +160,11 @@ def test_the_tuned_disk_runs_up_to_second_order(tmp_path):
         ([0.0180, np.nan, np.nan], SINGLE, "change by -10 %"),
         ([0.0190, 0.0200, 0.0220], SINGLE, "change by +1.7 ± 19 %"),
         ([0.0140, 0.0141, 0.0142], USELESS, "change by -30 ± 1.2 %"),
-        ([0.0550, 0.0540, 0.0200], SINGLE, "the peak of the disks is 54 mm, and without it 20 mm"),
+        (
+            [0.0550, 0.0540, 0.0200],
+            SINGLE,
+            "the peak of the disks, at the median, is 54 mm, and without it 20",
+        ),
         ([np.inf, np.inf, 0.0202], USELESS, "there is no result of the disks"),
     ],
 )
