@@ -142,7 +142,7 @@ class Job:
 
     def _collect(self, tasks: Any, seconds: Any) -> None:
         """Count tasks that took some seconds, and tell how far the job is (rank 0)."""
-        if self.round.to_second_order:  # no parts: each disk was one already
+        if self.round and self.round.to_second_order:  # no parts: each disk was one already
             self.n_bent += len(tasks)
             self.progress.part(self.round.phase, self.n_bent, sum(map(len, self.tasks)))
             return
