@@ -22,8 +22,9 @@ from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.necklaces import candidates, compare
 from hpcrub.statistics.percentiles import finite
+from hpcrub.studies.contact import second_order
 from hpcrub.studies.contact.amplification import linear_amplitude
-from hpcrub.studies.contact.second_order import OF_TRIALS, cost_of_others
+from hpcrub.studies.contact.second_order import OF_TRIALS
 from hpcrub.studies.contact.trials import Case, Trials, bent_table, peaks_of
 
 FIRST_DISKS = 64  # disks of every pattern in the first round
@@ -59,6 +60,11 @@ def words_of(config: Config) -> np.ndarray:
     asked, n = config.patterns, config.disk.n_blades
     words = candidates(n, len(asked.types_percent), asked.candidates, config.mistuning.seed)
     return np.vstack([np.full(n, -1), words])
+
+
+def added(config: Config, word: np.ndarray) -> np.ndarray:
+    """Stiffness deviations (N,) [-] that a pattern adds; word: types of its blades, -1 for none."""
+    return np.array([*config.patterns.types_percent, 0.0])[word] / 100.0
 
 
 def in_letters(word: np.ndarray) -> str:
@@ -165,7 +171,7 @@ class PatternStudy(Trials):
         """Cost of all rounds of the linear analysis, and of the disks in contact."""
         n_patterns, asked = len(words_of(config)) - 1, config.patterns
         contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
-        bent = cost_of_others(config)
+        bent = second_order.cost(config)
         return Cost(contact + bent, disks=n_linear(config, n_patterns) + contact)
 
     def parts(self, file: ResultFile) -> np.ndarray:
@@ -191,8 +197,8 @@ class PatternStudy(Trials):
 
     def case(self, config: Config, task: Any) -> Case:
         """Disk in contact of a task; task: numbers of pattern and disk."""
-        types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
-        return Case(config, deviation(config, 0, task[1]) + types[words_of(config)[task[0]]])
+        pattern = added(config, words_of(config)[task[0]])
+        return Case(config, deviation(config, 0, task[1]) + pattern)
 
     def at_the_answer(self, file: ResultFile, known: Mapping[str, Any]) -> list[tuple[int, int]]:
         """The first disks in contact of the best pattern, and without one."""
@@ -206,10 +212,9 @@ class PatternStudy(Trials):
 
         tasks: each a pattern and a slice of disks, or the number of a disk in contact.
         """
-        types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
-        added = [types[prepared.types[pattern]] for pattern, _ in tasks]
+        patterns = [added(config, prepared.types[pattern]) for pattern, _ in tasks]
         if isinstance(tasks[0][1], slice):
-            for task, pattern in zip(tasks, added, strict=True):
+            for task, pattern in zip(tasks, patterns, strict=True):
                 results = []
                 for sample in range(task[1].start, task[1].stop):
                     blades = deviation(config, 0, sample) + pattern
@@ -223,7 +228,7 @@ class PatternStudy(Trials):
                 columns = zip(names, np.transpose(results), strict=True)
                 yield task, [(name, task, values) for name, values in columns]
             return
-        disks = zip(tasks, added, strict=True)
+        disks = zip(tasks, patterns, strict=True)
         blades = [deviation(config, 0, disk) + pattern for (_, disk), pattern in disks]
         for k, found in peaks_of(config, prepared.problem, blades, poll):
             amplitude = "contact_amplitude_m", tasks[k], found["peak_amplitude_m"]

@@ -16,9 +16,9 @@ from hpcrub.runs.job import Round
 from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Z_OF_TESTS, Goal, n_needed, n_to_be_below
-from hpcrub.studies.contact import trials
+from hpcrub.studies.contact import second_order, trials
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent
-from hpcrub.studies.contact.second_order import OF_TRIALS, cost_of_others
+from hpcrub.studies.contact.second_order import OF_TRIALS
 from hpcrub.studies.contact.trials import Case, Trials, beyond
 
 FIRST_DISKS = 100  # disks of the first estimate
@@ -82,11 +82,11 @@ class Rare(Trials):
     def cost(self, config: Config) -> Cost:
         """Cost of the disks that the goal is supposed to need, at every speed."""
         disks = min(of_question(config) or 0, config.mistuning.samples)
-        return Cost(disks + cost_of_others(config), disks=disks)
+        return Cost(disks + second_order.cost(config), disks=disks)
 
-    def case(self, config: Config, task: Any) -> Case:
+    def case(self, config: Config, task: int) -> Case:
         """Disk of a task, which is its number."""
-        return Case(config, deviation(config, 0, int(np.ravel(task)[0])))
+        return Case(config, deviation(config, 0, task))
 
     def next_disks(self, file: ResultFile) -> Round:
         """The pending disks of the next estimate, until the goal is met or no disk is left.
@@ -105,9 +105,9 @@ class Rare(Trials):
         expected = n_needed(goal, found[0, end - 1]) if end else 0
         return Round(tasks, dict(zip(ESTIMATE, found, strict=True)), expected)
 
-    def at_the_answer(self, file: ResultFile, known: Mapping[str, Any]) -> list[tuple[int]]:
+    def at_the_answer(self, file: ResultFile, known: Mapping[str, Any]) -> list[int]:
         """The first disks."""
-        return [(disk,) for disk in np.flatnonzero(file.status != PENDING)[:OF_TRIALS].tolist()]
+        return np.flatnonzero(file.status != PENDING)[:OF_TRIALS].tolist()
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The probability, and the number of disks that it took."""

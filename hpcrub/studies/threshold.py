@@ -27,9 +27,9 @@ from hpcrub.statistics import threshold as statistics
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.rare import Goal, n_needed
 from hpcrub.statistics.threshold import ABOVE, BELOW, FIRST_DISKS, UNKNOWN, Search
-from hpcrub.studies.contact import trials
+from hpcrub.studies.contact import second_order, trials
 from hpcrub.studies.contact.limits import by_limit_line, limits_in_words, percent, severities
-from hpcrub.studies.contact.second_order import OF_TRIALS, cost_of_others
+from hpcrub.studies.contact.second_order import OF_TRIALS
 
 NEVER_KEYS = (
     *("study", "output", "sources", "part.", "threshold.", "limits.", "convergence."),
@@ -135,7 +135,7 @@ class Threshold(trials.Trials):
         nothing = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
         search = Search.followed(*nothing, config.threshold.probability)
         disks = round(float(search.still_expected().sum()))
-        return Cost(disks + cost_of_others(config), disks=disks)
+        return Cost(disks + second_order.cost(config), disks=disks)
 
     def tried(self, config: Config) -> list[Config]:
         """Inputs at values over the whole range, whose disks may differ tenfold in their cost."""

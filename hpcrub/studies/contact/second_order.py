@@ -57,7 +57,7 @@ def problem_of(config: Config, tuned_peak: float) -> Problem | None:
 
     tuned_peak: of the tuned disk at small displacements [m].
     """
-    if not (n_disks(config) and findings.is_far(config, FURTHER * tuned_peak)):
+    if not matters(config, FURTHER * tuned_peak):
         return None
     return build_problem(to_second_order(config))
 
@@ -135,14 +135,16 @@ def _beyond_range(config: Config, which: str, before: float, after: float) -> Fi
 
 def matters(config: Config, size: float) -> bool:
     """Whether a disk that moves by a size [m] is to be computed to second order, too."""
-    asked = config.mistuning.checked_samples and allows_second_order(config)
-    return bool(asked) and findings.is_far(config, size)
+    return _asked(config) and findings.is_far(config, size)
 
 
-def cost_of_others(config: Config, n: int = OF_TRIALS) -> int:
-    """Cost of n disks of other studies to second order, in disks at small displacements."""
-    asked = config.mistuning.checked_samples and allows_second_order(config)
-    return COST[config.disk.model is not None] * n * bool(asked)
+def cost(config: Config, n: int = OF_TRIALS) -> int:
+    """Cost of n disks to second order, in disks at small displacements; 0 where none is asked."""
+    return COST[config.disk.model is not None] * n * _asked(config)
+
+
+def _asked(config: Config) -> bool:
+    return config.mistuning.checked_samples > 0 and allows_second_order(config)
 
 
 def of_others(

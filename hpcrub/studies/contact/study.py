@@ -83,7 +83,7 @@ class Contact(Study):
         n_disks = len(config.levels) * len(config.samples) + n_runs(config)
         most = config.mistuning.checked_samples
         checked = 1 + sum(n < most for n in config.samples) if most else 0
-        bent = second_order.COST[config.disk.model is not None] * second_order.n_disks(config)
+        bent = second_order.cost(config, second_order.n_disks(config))
         return Cost(n_disks + COST_OF_CHECKS * checked + bent, disks=n_disks)
 
     def problems(self, config: Config) -> Iterator[str]:

@@ -93,9 +93,7 @@ class Trials(Study):
         """Tasks that are computed next, as `next_round`, at small displacements."""
         return super().next_round(file)
 
-    def at_the_answer(
-        self, file: ResultFile, known: Mapping[str, Any]
-    ) -> Sequence[tuple[int, ...]]:
+    def at_the_answer(self, file: ResultFile, known: Mapping[str, Any]) -> Sequence[Any]:
         """Tasks of a complete table whose disks are computed to second order; known: by `Round`."""
         return ()
 

@@ -146,7 +146,7 @@ class RunUp(Study):
     def cost(self, config: Config) -> Cost:
         """Steps of all repetitions of all disks, and of the tuned disk with half the step."""
         n_disks = len(config.levels) * len(config.samples)
-        return Cost(n_disks + 3 + second_order.cost_of_others(config, 1), disks=n_disks + 1)
+        return Cost(n_disks + 3 + second_order.cost(config, 1), disks=n_disks + 1)
 
     def prepare(self, config: Config) -> Any:
         """Prepare a Problem. Raises InputError for speeds beyond the matrices of a model file."""
