@@ -16,8 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from llvmlite.binding import parse_bitcode
 from numba.core import types
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, compile_result
 from numba.core.dispatcher import Dispatcher
 from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
@@ -87,6 +90,75 @@ class _Cache(FunctionCache):
             super().save_overload(sig, data)
 
 
+class _InnerLibrary(JITCodeLibrary):
+    """Code of an inner function, which LLVM optimises within the callers alone.
+
+    numba would optimise every function with all that it calls, and make machine code of it, which
+    takes a third of the time to compile a kernel.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Address of a function's machine code: there is none."""
+        self._ensure_finalized()
+        return 0
+
+    def serialize_using_object_code(self) -> Any:
+        """Name, kind and bitcode of the library, for the cache."""
+        return self.serialize_using_bitcode()
+
+    @property
+    def codegen(self) -> "_InnerLibrary":
+        """What numba asks to set the environment of a function."""
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Leave the environment unset, which only machine code reads."""
+
+
+class _InnerCompiler(CompilerBase):
+    """numba's compiler with an `_InnerLibrary`."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes of numba, with the library into which they write."""
+        context, name = self.state.targetctx, self.state.func_id.func_qualname
+        self.state.library = _InnerLibrary(context.codegen(), name)
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+
+class _InnerResults(CompileResultCacheImpl):
+    """numba's way to store a compiled function, for functions with an `_InnerLibrary`."""
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """The compiled function of which numba has stored the payload."""
+        (name, _, bitcode), fndesc, environment, signature, *_ = payload
+        library = _InnerLibrary(target_context.codegen(), name)
+        library._final_module = parse_bitcode(bitcode)
+        library._finalize_final_module()
+        return compile_result(
+            typing_context=target_context.typing_context,
+            target_context=target_context,
+            library=library,
+            fndesc=fndesc,
+            environment=environment,
+            signature=signature,
+            objectmode=False,
+            lifted=(),
+            reload_init=(),
+            entry_point=target_context.get_executable(library, fndesc, environment),
+        )
+
+
+class _InnerCache(_Cache):
+    _impl_class = _InnerResults  # type: ignore[assignment]
+
+
 def _foreign_sources(kind: Any) -> Any:
     """Names and sources of modules outside hpcrub that define classes in a type, or in a tuple."""
     if isinstance(kind, tuple):
@@ -126,9 +198,10 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
             _nrt=not inner,
             no_cfunc_wrapper=True,
             no_cpython_wrapper=inner,
+            pipeline_class=_InnerCompiler if inner else None,
         )
         if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
-            dispatcher._cache = _Cache(f)
+            dispatcher._cache = (_InnerCache if inner else _Cache)(f)
         dispatcher.get_call_template = _without_literals(dispatcher.get_call_template)
         return dispatcher
 

@@ -114,6 +114,20 @@ def test_a_function_is_compiled_once_for_a_number_that_begins_with_zero():
     assert len(next_of.signatures) == 1
 
 
+def test_code_of_an_inner_function_is_kept_for_callers_that_come_later(tmp_path, monkeypatch):
+    def third(x):
+        return x / 3
+
+    def caller(inner, added):
+        return jit.compiled(lambda x: inner(x) + added)
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    for n_kept in (0, 1):
+        inner = jit.compiled(third, inner=True)
+        assert caller(inner, n_kept)(6.0) == 2.0 + n_kept
+        assert inner.stats.cache_hits.total() == n_kept
+
+
 class Halving(NamedTuple):
     """A law with a helper of its own."""
 
