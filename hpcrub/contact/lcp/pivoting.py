@@ -63,7 +63,7 @@ def is_p_matrix(W: np.ndarray) -> bool:
     return True
 
 
-@compiled
+@compiled(inner=True)
 def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None:
     """Bring a column into the basis in place of a row's present one (tableau, basis modified).
 
@@ -80,7 +80,7 @@ def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None
     basis[row] = column
 
 
-@compiled
+@compiled(inner=True)
 def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
     """Row of the smallest ratio; of equal ratios, the row of the artificial variable.
 
@@ -105,7 +105,7 @@ def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
     return row
 
 
-@compiled
+@compiled(inner=True)
 def comes_first(tableau: np.ndarray, basis: np.ndarray, column: int, i: int, j: int) -> bool:
     """Whether row i goes before row j at equal ratios; other parameters as in `leaving_row`."""
     n = len(basis)
@@ -118,7 +118,7 @@ def comes_first(tableau: np.ndarray, basis: np.ndarray, column: int, i: int, j: 
     return False
 
 
-@compiled
+@compiled(inner=True)
 def begin(tableau: np.ndarray, basis: np.ndarray, M: np.ndarray, p: np.ndarray) -> int:
     """Fill the tableau, with w as basis, from M and p of `solve_by_pivoting`.
 
