@@ -12,7 +12,7 @@ from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE, PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.warmup import warm_up
-from hpcrub.setup.problem import build_problem, to_second_order
+from hpcrub.setup.problem import Problem, build_problem, checks_second_order, to_second_order
 
 
 class Round(NamedTuple):
@@ -85,15 +85,25 @@ class Job:
             self.round = planned
             self.team.run_tasks(self.tasks, self._compute, self._collect)
 
-    def load_kernel(self, of_second_order: bool = False) -> None:
-        """Compile a kernel, or load it, before anything is measured (all ranks)."""
+    def load_kernel(self, of_second_order: bool = False) -> Problem:
+        """Compile a kernel, or load it, before anything is measured (all ranks).
+
+        Returns the problem for which the kernel is.
+        """
         self.phase("loading the kernel")
-        problem = self.study.problem_of(self.prepared)
+        problem, next_problem = self.study.problem_of(self.prepared), None
         if of_second_order:
-            problem = self.team.on_root(lambda: build_problem(to_second_order(self.config)))
-        warm_up(self.team, self.config, problem, self.study.histories and not of_second_order)
+            problem = self.team.on_root(self._problem_to_second_order)
+        elif self.study.to_second_order and checks_second_order(self.config):
+            next_problem = self._problem_to_second_order
+        histories = self.study.histories and not of_second_order
+        warm_up(self.team, self.config, problem, histories, next_problem)
         self.kernels.add(of_second_order)
         self.begin()
+        return problem
+
+    def _problem_to_second_order(self) -> Problem:
+        return build_problem(to_second_order(self.config))
 
     def begin(self) -> None:
         """Tell the time left by the tasks from now on, because those before took another time."""

@@ -49,6 +49,7 @@ class Study:
     mistunes = True  # whether it draws disks at random; else only a pattern mistunes them
     n_sources = 0  # number of contact studies' result files from which it starts
     integrates = False  # whether it integrates in time, with the contact kernel
+    to_second_order = False  # whether it may compute some of its disks to second order as well
     histories = False  # whether it keeps whole motions, not only amplitudes
     job: type[Job] = Job  # class that computes a run on all ranks
     of_tasks = True  # whether it consists of independent tasks; else `layout` has the status

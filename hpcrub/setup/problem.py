@@ -191,6 +191,11 @@ def allows_second_order(config: Config) -> bool:
     return fits and (config.disk.model is None or config.disk.second_order_per_m is not None)
 
 
+def checks_second_order(config: Config) -> bool:
+    """Whether a study that draws disks computes some of them to second order as well."""
+    return config.mistuning.checked_samples > 0 and allows_second_order(config)
+
+
 def to_second_order(config: Config) -> Config:
     """The input with displacements to second order."""
     return config.replace({"contact.kinematics": "second_order"})

@@ -62,6 +62,36 @@ def test_a_run_that_cannot_keep_compiled_code_says_so(folder, told, monkeypatch,
     assert ("XDG_CACHE_HOME" in capsys.readouterr().out) == told
 
 
+class Three(Team):
+    """One of three ranks, whose calls are its own alone."""
+
+    def __init__(self, rank):
+        super().__init__()
+        self.rank, self.size = rank, 3
+
+    def together(self, function):
+        return function()
+
+
+def test_the_last_rank_compiles_what_may_follow_while_it_would_wait(monkeypatch):
+    """Its own kernel it loads after that, as all ranks do; a disk that cannot bend is no error."""
+    done = []
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "folder")
+    monkeypatch.setattr(warmup, "_load", lambda config, problem, histories: done.append(problem))
+    problem = build_problem(Config())
+
+    def none_there():
+        raise InputError("no such disk")
+
+    for rank, further, compiled in (
+        (0, lambda: "next", [problem]), (1, lambda: "next", []),
+        (2, lambda: "next", ["next"]), (2, None, []), (2, none_there, []),
+    ):  # fmt: skip
+        done.clear()
+        warmup.warm_up(Three(rank), Config(), problem, False, further)
+        assert done == [*compiled, problem]
+
+
 def test_nothing_is_compiled_in_a_task(tmp_path):
     """There it would be compiled on all ranks at once, deaf to signals."""
     (tmp_path / "warm.py").write_text(WARM)

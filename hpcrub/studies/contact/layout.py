@@ -17,7 +17,7 @@ from hpcrub.results import samples
 from hpcrub.results.layout import DONE, LEVELS, SPEEDS, Dataset, datasets
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import MOST_ADVICE, SEVERITIES, Verdict
-from hpcrub.setup.problem import allows_second_order
+from hpcrub.setup.problem import checks_second_order
 
 AMPLIFICATION = Kind("contact", "amplification", "1", "contact amplifications", "A_nl")
 LINEAR = Kind("linear", "linear_amplification", "1", "linear amplifications", "A_lin")
@@ -90,8 +90,7 @@ def layout(config: Config) -> Iterator[Dataset]:
     yield from TUNED
     yield from SYMMETRIC if config.mistuning.reference == "staying" else ()
     yield from datasets("tuned", (), of_disk)
-    can_be_bent = config.mistuning.checked_samples and allows_second_order(config)
-    yield from SECOND_ORDER if can_be_bent else ()
+    yield from SECOND_ORDER if checks_second_order(config) else ()
     yield from (dataset for e in there for dataset in e.datasets.get("contact", ()))
     yield Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR)
     yield Dataset(

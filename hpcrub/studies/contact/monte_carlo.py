@@ -24,9 +24,7 @@ from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Disk
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.runs.job import Job
-from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, own_modes_of, rubbing_modes
-from hpcrub.setup.problem import Problem
 from hpcrub.statistics import percentiles
 from hpcrub.studies.contact import amplification, findings, layout, second_order
 from hpcrub.studies.contact.layout import kinds
@@ -142,16 +140,18 @@ class MonteCarlo(Job):
         runs = self._sweeps(n, run, "speeds of the tuned disk", first_checked=True)
         bent: list[Any] = []
 
-        def problem_of() -> Problem | None:
-            return second_order.problem_of(config, runs[0].peak(self.speeds_hz)[0])
+        def matters() -> bool:
+            peak, _ = runs[0].peak(self.speeds_hz)
+            return second_order.matters(config, second_order.FURTHER * peak)
 
         def write() -> Any:
             more = second_order.values_of(config, bent)
             amplification.write_tuned(config, problem, self.file, runs, more)
             return amplification.reference_of(self.file, problem)
 
-        if further := self.team.on_root(problem_of):
-            warm_up(self.team, config, further, histories=False)
+        if self.team.on_root(matters):
+            further = self.load_kernel(of_second_order=True)
+            self.phase("disks to second order")
             disk = partial(second_order.disk, config, further)
             bent = self._sweeps(second_order.n_disks(config), disk, "speeds to second order")
         return self.team.on_root(write)

@@ -17,12 +17,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import FAR_OFF, MOST_LOST, REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs import findings
 from hpcrub.setup.disks import deviation, rubbing_modes
-from hpcrub.setup.problem import (
-    Problem,
-    allows_second_order,
-    build_problem,
-    to_second_order,
-)
+from hpcrub.setup.problem import Problem, checks_second_order
 from hpcrub.statistics.percentiles import finite, mean_and_error
 from hpcrub.studies.contact.amplification import Integrated, tuned_run
 
@@ -41,7 +36,7 @@ def n_disks(config: Config) -> int:
     It is that of every part of the study, and of the study with more samples.
     """
     n = min(config.mistuning.checked_samples, len(_drawn(config).samples), MOST)
-    return 1 + n if n and allows_second_order(config) else 0
+    return 1 + n if checks_second_order(config) else 0
 
 
 def _drawn(config: Config) -> Config:
@@ -50,16 +45,6 @@ def _drawn(config: Config) -> Config:
     if config.mistuning.pattern_file is None:
         n = max(n, MOST)
     return config.replace({"part.samples": None, "mistuning.samples": n})
-
-
-def problem_of(config: Config, tuned_peak: float) -> Problem | None:
-    """The problem to second order; None where that matters little, or cannot be told.
-
-    tuned_peak: of the tuned disk at small displacements [m].
-    """
-    if not matters(config, FURTHER * tuned_peak):
-        return None
-    return build_problem(to_second_order(config))
 
 
 def disk(config: Config, problem: Problem, number: int) -> tuple[Modes, Scene]:
@@ -135,16 +120,12 @@ def _beyond_range(config: Config, which: str, before: float, after: float) -> Fi
 
 def matters(config: Config, size: float) -> bool:
     """Whether a disk that moves by a size [m] is to be computed to second order, too."""
-    return _asked(config) and findings.is_far(config, size)
+    return checks_second_order(config) and findings.is_far(config, size)
 
 
 def cost(config: Config, n: int = OF_TRIALS) -> int:
     """Cost of n disks to second order, in disks at small displacements; 0 where none is asked."""
-    return COST[config.disk.model is not None] * n * _asked(config)
-
-
-def _asked(config: Config) -> bool:
-    return config.mistuning.checked_samples > 0 and allows_second_order(config)
+    return COST[config.disk.model is not None] * n * checks_second_order(config)
 
 
 def of_others(

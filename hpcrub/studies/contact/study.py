@@ -48,6 +48,7 @@ class Contact(Study):
     }
     unit = "samples"
     integrates = True
+    to_second_order = True
     job = MonteCarlo
     of_tasks = False
     verdict = staticmethod(findings.verdict)

@@ -80,6 +80,7 @@ class Trials(Study):
     """
 
     integrates = True
+    to_second_order = True
     of_tasks = False
     unit = "disks"
     amplitude = "peak_amplitude_m"  # dataset of the disks' largest amplitudes

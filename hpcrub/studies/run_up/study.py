@@ -83,6 +83,7 @@ class RunUp(Study):
         "frequency": "frequency_hz", "steady_speed": "steady_speed_hz",
     }  # fmt: skip
     integrates = True
+    to_second_order = True
     of_tasks = False
     unit = "disks"
     derived = "samples/amplification", "samples/steady_peak_m"

@@ -70,11 +70,11 @@ def test_it_weighs_by_what_changes(tmp_path, tuned, sample, severity):
 
 def test_they_are_computed_where_they_matter_and_can_be():
     config = Config.from_yaml(CHECKED)
-    assert second_order.problem_of(config, 1e-4) is None
-    assert second_order.problem_of(config, np.nan) is None
-    assert second_order.problem_of(config, 0.03).reduced.interface.second_order
+    assert second_order.matters(config, 0.06)
+    assert not second_order.matters(config, 2e-4)
+    assert not second_order.matters(config, np.nan)
     for keys in ({"mistuning.checked_samples": 0}, {"contact.kinematics": "second_order"}):
-        assert second_order.problem_of(config.replace(keys), 0.03) is None
+        assert not second_order.matters(config.replace(keys), 0.06)
 
 
 def test_a_part_and_a_smaller_study_have_the_disks_of_the_whole():
