@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.contact.groups import passed_by_reference
+
 LINE = 64  # bytes of a cache line
 
 
@@ -77,6 +79,7 @@ PER_LANE = {
 }
 
 
+@passed_by_reference
 class Bank(NamedTuple):
     """The lanes that run together: all arrays of `integrate` except those of its observer."""
 

@@ -27,6 +27,7 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.cpython.tupleobj import namedtuple_getattr
 
 from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
+from hpcrub.contact.groups import Group, borrowed_member
 from hpcrub.contact.machine import shape
 
 COMPILED_ROOMS = "contact", "model", "response"  # rooms with code that numba compiles
@@ -235,10 +236,12 @@ class _StaticMethods(AttributeTemplate):
 
 
 # more specific kinds than that of numba's own function, which knows fields alone
+@lower_getattr_generic(Group)
 @lower_getattr_generic(types.NamedTuple)
 @lower_getattr_generic(types.NamedUniTuple)
 def _read(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     """Read an attribute of a named tuple: a field, or a method, which has no value at run time."""
-    if name in kind.fields:
-        return namedtuple_getattr(context, builder, kind, value, name)
-    return context.get_dummy_value()
+    if name not in kind.fields:
+        return context.get_dummy_value()
+    read = borrowed_member if isinstance(kind, Group) else namedtuple_getattr
+    return read(context, builder, kind, value, name)

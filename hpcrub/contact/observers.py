@@ -12,6 +12,7 @@ import numpy as np
 
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, packed
+from hpcrub.contact.groups import passed_by_reference
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import PLACES, TILE, TIPS
 from hpcrub.contact.passes import pair_of_forces
@@ -145,6 +146,7 @@ def strokes(
     return float(np.ptp(later, axis=0).max()), float(jumps.max(initial=0.0))
 
 
+@passed_by_reference
 class Record(NamedTuple):
     """Observer of displacements u: a ring of B blocks of M records, and the largest of blocks."""
 

@@ -13,6 +13,7 @@ from numba.core.extending import models, register_model
 from numba.core.typing.templates import infer_global, make_intrinsic_template
 
 from hpcrub.contact import lanes
+from hpcrub.contact.groups import Group, member
 
 DOUBLE = ir.DoubleType()
 INDEX = ir.IntType(64)
@@ -325,7 +326,10 @@ def _tile_relax(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 def _fields(builder: Any, kind: Any, group: Any) -> Any:
     """Types and values of the members of a NamedTuple, by name."""
-    values = cgutils.unpack_tuple(builder, group, len(kind.types))
+    if isinstance(kind, Group):
+        values = [member(builder, kind, group, name) for name in kind.fields]
+    else:
+        values = cgutils.unpack_tuple(builder, group, len(kind.types))
     return dict(zip(kind.fields, zip(kind.types, values, strict=True), strict=True))
 
 
