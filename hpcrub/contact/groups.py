@@ -37,7 +37,14 @@ class _Model(PrimitiveModel):
 def _unbox(kind: Any, tuple_of_python: Any, c: Any) -> NativeValue:
     native = c.unbox(kind.by_value, tuple_of_python)
     place = cgutils.alloca_once_value(c.builder, native.value)
-    return NativeValue(place, native.is_error, native.cleanup)
+
+    def cleanup() -> None:
+        if native.cleanup:
+            native.cleanup()
+        # numba lets go of the arrays of an argument by its type, which has none here
+        c.context.nrt.decref(c.builder, kind.by_value, native.value)
+
+    return NativeValue(place, native.is_error, cleanup)
 
 
 def by_reference(kind: Any) -> Any:

@@ -13,6 +13,7 @@ import pytest
 from numba.core.caching import IndexDataCacheFile
 
 from hpcrub.contact import jit
+from hpcrub.contact.groups import passed_by_reference
 from tests.program import ROOT
 
 
@@ -150,6 +151,44 @@ def test_every_compiled_method_of_a_law_can_be_called_by_any_name():
         return law.forces(law, x)
 
     assert called(Halving(4.0), 10.0) == 21.0
+
+
+class Inside(NamedTuple):
+    """A group within a group."""
+
+    values: np.ndarray
+
+
+@passed_by_reference
+class Group(NamedTuple):
+    """A group with an array, a group and nothing."""
+
+    values: np.ndarray
+    inside: Inside
+    nothing: None
+
+
+@jit.compiled(inner=True)
+def total(group):
+    return group.values[0] + group.inside.values[0]
+
+
+@jit.compiled
+def grown(group):
+    """Add to an array of a group and of the group within; returns the sum of both."""
+    group.values[0] += 1.0
+    kept = group.inside.values
+    kept[0] += 10.0
+    return total(group) if group.nothing is None else -1.0
+
+
+def test_a_group_goes_by_reference_and_its_arrays_are_let_go():
+    arrays = np.zeros(2), np.zeros(2)
+    held = [sys.getrefcount(array) for array in arrays]
+    for n in range(1, 4):
+        assert grown(Group(arrays[0], Inside(arrays[1]), None)) == 11.0 * n
+    assert (arrays[0][0], arrays[1][0]) == (3.0, 30.0)
+    assert [sys.getrefcount(array) for array in arrays] == held
 
 
 class Foreign(NamedTuple):
