@@ -63,8 +63,10 @@ def _load(config: Config, problem: Problem, histories: bool) -> None:
     )
     scene = problem.scene._replace(steady=steady, running=None)  # else nothing might touch
     gc.disable()  # in a compiler, whose objects stay, it takes a tenth of the time for nothing
-    for width in scene.lanes:
-        sweep.run_sweep(modes, scene, [SPEED], width=width)
-    if histories:
-        list(history.integrate(modes, scene, np.array([SPEED]), 1.0 / SPEED))
-    gc.enable()
+    try:
+        for width in scene.lanes:
+            sweep.run_sweep(modes, scene, [SPEED], width=width)
+        if histories:
+            list(history.integrate(modes, scene, np.array([SPEED]), 1.0 / SPEED))
+    finally:
+        gc.enable()
