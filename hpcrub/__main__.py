@@ -1,6 +1,7 @@
 """The program, as the command `hpcrub`, `python -m hpcrub` or `python main.py`."""
 
 import difflib
+import gc
 import os
 import sys
 import warnings
@@ -48,8 +49,18 @@ def _command(argv: Sequence[str] | None) -> Any:
     name, *rest = argv if argv and argv[0] in COMMANDS else ("run", *argv)
     module = f"hpcrub.commands.{'import_model' if name == 'import' else name}"
     if name == "run":  # on all ranks
-        return import_module(module).main(rest)
-    return parallel.alone(lambda: import_module(module).main(rest))
+        return _loaded(module).main(rest)
+    return parallel.alone(lambda: _loaded(module).main(rest))
+
+
+def _loaded(module: str) -> Any:
+    """Import a command with its libraries, without looking for garbage among what stays."""
+    gc.disable()
+    try:
+        return import_module(module)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 def unknown(word: str) -> NoReturn:

@@ -324,12 +324,9 @@ def _tile_relax(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return cgutils.pack_array(builder, [_whole(builder, v) for v in zip(*parts, strict=True)])
 
 
-def _fields(builder: Any, kind: Any, group: Any) -> Any:
-    """Types and values of the members of a NamedTuple, by name."""
-    if isinstance(kind, Group):
-        values = [member(builder, kind, group, name) for name in kind.fields]
-    else:
-        values = cgutils.unpack_tuple(builder, group, len(kind.types))
+def _fields(builder: Any, kind: Group, group: Any) -> Any:
+    """Types and values of the members of a group, by name."""
+    values = [member(builder, kind, group, name) for name in kind.fields]
     return dict(zip(kind.fields, zip(kind.types, values, strict=True), strict=True))
 
 

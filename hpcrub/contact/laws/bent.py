@@ -19,7 +19,6 @@ points of two blades the motion of the first along its normal at rest.
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, State
@@ -56,6 +55,8 @@ class Bent(BentArrays):
     @classmethod
     def allocate(cls, scene: Scene, rows: Rows, grid: Grid, width: int) -> "Bent":
         """Make the arrays for idle lanes; scene: with `Interface.second_order`."""
+        from scipy.ndimage import maximum_filter1d  # slow to import, needed to second order only
+
         interface = scene.interface
         second: Any = interface.second_order
         n_blades, p = second.participation.shape[:2]
