@@ -26,6 +26,7 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import ONE, PAIR
 from hpcrub.contact.laws.bent_arrays import (
     BentArrays,
+    crests,
     folded,
     forces_of_products,
     pairs_of_pairs,
@@ -55,8 +56,6 @@ class Bent(BentArrays):
     @classmethod
     def allocate(cls, scene: Scene, rows: Rows, grid: Grid, width: int) -> "Bent":
         """Make the arrays for idle lanes; scene: with `Interface.second_order`."""
-        from scipy.ndimage import maximum_filter1d  # slow to import, needed to second order only
-
         interface = scene.interface
         second: Any = interface.second_order
         n_blades, p = second.participation.shape[:2]
@@ -90,7 +89,7 @@ class Bent(BentArrays):
             observed_blade=interface.observed_blade,
             curvature=np.pad(second.curvature, padding),
             steps=np.pad(1.0 / way, padding),
-            crest=columns(maximum_filter1d(bump, 2 * reach + 1, axis=0, mode="wrap").T),
+            crest=columns(crests(bump, reach).T),
             reach=reach,
             highest=scene.casing.highest,
         )  # fmt: skip

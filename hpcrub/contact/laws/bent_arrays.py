@@ -80,3 +80,10 @@ def pairs_of_pairs(J: np.ndarray) -> np.ndarray:
     """Coefficients J_abcd of pairs a ≤ b by products c ≤ d, which stand once; J: (q, q, q, q)."""
     a, c = np.triu_indices(len(J))
     return J[a, c][:, a, c] * np.where(a == c, 1.0, 2.0)
+
+
+def crests(bump: np.ndarray, reach: int) -> np.ndarray:
+    """Highest bump within `reach` angles of each; bump: on all angles of a revolution (T, n)."""
+    from scipy.ndimage import maximum_filter1d  # slow to import, needed to second order only
+
+    return maximum_filter1d(bump, 2 * reach + 1, axis=0, mode="wrap")
