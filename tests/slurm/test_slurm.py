@@ -137,18 +137,16 @@ def works(cluster, samples_in, tmp_path_factory):
         "parts": Work(cluster, base / "parts", "srun"),
         "failing": Work(cluster, base / "failing", "srun"),
         "check": Work(cluster, base / "check"),
-        "sweep": Work(cluster, base / "sweep"),
     }
     found["limit"].write(samples_in(LONG))
     found["parts"].write(7)
-    found["parts"].write(7, "nd3", bumps=3)
-    found["failing"].write(11)
+    found["parts"].write(7, "sweep", more="runs:\n- {casing.n_bumps: 4}\n- {casing.n_bumps: 3}\n")
+    found["failing"].write(7)
     found["failing"].result().parent.mkdir()
-    found["failing"].result("study.part-2-of-3").write_text("no HDF5")
-    found["sweep"].write(7, more="runs:\n- {casing.n_bumps: 4}\n- {casing.n_bumps: 3}\n")
+    found["failing"].result("study.part-2-of-2").write_text("no HDF5")
     words = {
-        "limit": "--parts 1 study.yaml", "parts": "--parts 2 study.yaml nd3.yaml",
-        "failing": "--parts 3 study.yaml", "sweep": "--parts 2 study.yaml", "check": "--check",
+        "limit": "--parts 1 study.yaml", "parts": "--parts 2 study.yaml sweep.yaml",
+        "failing": "--parts 2 study.yaml", "check": "--check",
     }  # fmt: skip
     return {name: (work, work.submit(*words[name].split())) for name, work in found.items()}
 
@@ -167,20 +165,8 @@ def test_a_rank_has_a_core_of_two_hyper_threads(works):
         assert set(re.findall(r"NumCPUs=(\d+)", told)) == {"4"}, told  # of two ranks
 
 
-def test_a_sweep_in_an_array(works, single):
-    """Each task computes its part of both runs; every run gets its merged file."""
-    work, (_, array, merge) = works["sweep"]
-    assert work.wait(array) == ["COMPLETED"] * 2, work.log()
-    assert work.wait(merge) == ["COMPLETED"], work.log()
-    merged = [p for p in (work.folder / "results").rglob("*.h5") if "part" not in p.name]
-    assert len(merged) == 2
-    for bumps in (4, 3):
-        (path,) = [p for p in merged if f"n_bumps={bumps}" in p.name]
-        assert datasets(path) == single(7, bumps)
-
-
 def test_parts_and_their_merge(works, single):
-    """Two inputs by two parts, a task each; submitted again, they end at once."""
+    """Two inputs, one of two runs, by two parts, a task each; submitted again, they end at once."""
     work, (setup, array, merge) = works["parts"]
     assert work.wait(setup) == ["COMPLETED"], work.log()
     assert "set-up: works on 2 ranks with srun" in work.log("hpcrub-setup-*")
@@ -188,7 +174,10 @@ def test_parts_and_their_merge(works, single):
     assert work.wait(merge) == ["COMPLETED"], work.log()
     assert "study.h5: 14 of 14 samples, from 2 files" in work.log("hpcrub-merge-*")
     assert datasets(work.result()) == single(7)
-    assert datasets(work.result("nd3")) == single(7, 3)
+    merged = [p for p in (work.folder / "results").rglob("*n_bumps*.h5") if "part" not in p.name]
+    assert len(merged) == 2
+    for path in merged:
+        assert datasets(path) == single(7, 4 if "n_bumps=4" in path.name else 3)
     assert work.result().with_suffix(".png").exists()
     assert not list(work.folder.glob("check-*"))
     _, array, merge = work.submit("--parts", "2", "study.yaml")
@@ -199,14 +188,14 @@ def test_parts_and_their_merge(works, single):
 
 def test_after_a_failed_task_nothing_is_merged(works, single):
     work, (_, array, merge) = works["failing"]
-    assert sorted(work.wait(array)) == ["COMPLETED", "COMPLETED", "FAILED"], work.log()
+    assert sorted(work.wait(array)) == ["COMPLETED", "FAILED"], work.log()
     assert work.wait(merge) == ["CANCELLED"]
-    assert "study.part-2-of-3.h5 as HDF5: " in work.log("hpcrub-array-*_2")
+    assert "study.part-2-of-2.h5 as HDF5: " in work.log("hpcrub-array-*_2")
     assert not work.result().exists()
-    work.result("study.part-2-of-3").unlink()  # mended, and submitted again
-    _, array, merge = work.submit("--parts", "3", "study.yaml")
+    work.result("study.part-2-of-2").unlink()  # mended, and submitted again
+    _, array, merge = work.submit("--parts", "2", "study.yaml")
     assert work.wait(merge) == ["COMPLETED"], work.log()
-    assert datasets(work.result()) == single(11)
+    assert datasets(work.result()) == single(7)
 
 
 def test_cancelled_and_submitted_again(cluster, tmp_path, samples_in, single):
