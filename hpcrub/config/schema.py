@@ -1,6 +1,7 @@
 """`Config`, the whole input of a study, and its reading from YAML text and overrides."""
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -199,6 +200,7 @@ class Config(Section):
         return yaml_text.dump(self.model_dump(mode="json"))
 
     @classmethod
+    @lru_cache(maxsize=8)  # a long text takes seconds, and each part of a study holds the same one
     def from_yaml(cls, text: str) -> "Config":
         """Validated configuration from a YAML text with any of the keys.
 

@@ -1,6 +1,7 @@
 """Small probability: when it is known well enough, and how many disks that takes."""
 
 import bisect
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,7 @@ class Goal(NamedTuple):
         return met
 
 
+@lru_cache  # every copy of an input asks for the number
 def n_needed(goal: Goal, chance: float) -> int:
     """Number of disks that a goal needs if so many events occur as are expected.
 

@@ -119,16 +119,15 @@ class Trials(Study):
         self, config: Config, prepared: Any, tasks: Sequence[Any], poll: Poll
     ) -> Iterator[tuple[Any, list[Values]]]:
         """Compute disks together that are of one case of the input."""
-        cases: dict[str, list[tuple[Any, Case]]] = {}
+        cases: dict[Config, list[tuple[Any, Case]]] = {}
         for task in tasks:
             if case := self.case(config, task):
-                cases.setdefault(case.config.to_yaml(), []).append((task, case))
+                cases.setdefault(case.config, []).append((task, case))
             else:
                 yield task, []
         there = {line.name for line in self.datasets}
-        for text, alike in cases.items():
-            of = alike[0][1].config
-            own = self.problem_of(prepared) if of is config else _problem_of(text)
+        for of, alike in cases.items():
+            own = self.problem_of(prepared) if of is config else _problem_of(of)
             for k, found in peaks_of(of, own, [case.blades for _, case in alike], poll):
                 task, case = alike[k]
                 # every so many disks, by their number, which is the last part of a task
@@ -147,8 +146,7 @@ class Trials(Study):
         for task in tasks:
             if case := self.case(config, task):
                 there = to_second_order(case.config)
-                problem = _problem_of(there.to_yaml())
-                ((_, found),) = peaks_of(there, problem, [case.blades], poll)
+                ((_, found),) = peaks_of(there, _problem_of(there), [case.blades], poll)
                 size = np.nan_to_num(found["peak_amplitude_m"], nan=np.inf)
                 yield task, [(BENT, task, size)]
 
@@ -158,9 +156,9 @@ class Trials(Study):
 
 
 @lru_cache(maxsize=4)
-def _problem_of(text: str) -> Problem:
+def _problem_of(config: Config) -> Problem:
     """Problem of an input, kept for further disks of the input."""
-    return build_problem(Config.from_yaml(text))
+    return build_problem(config)
 
 
 def peaks_of(
