@@ -24,7 +24,7 @@ NO_LANES = np.zeros(0, dtype=np.int64)
 STRESS_STRIDE, NEAR_PEAK = 3, 0.8
 
 
-@compiled(inline=True, inner=True)
+@compiled(inner=True)
 def settled(lanes: tuple, bank: Bank, n_active: int) -> int:
     """Apply the corrector where it comes before a record (bank is modified).
 
@@ -36,7 +36,7 @@ def settled(lanes: tuple, bank: Bank, n_active: int) -> int:
     return 0
 
 
-@compiled(inline=True, inner=True)
+@compiled(inner=True)
 def further(lanes: tuple, beyond: Any, first: int, seen: Any) -> Any:
     """Displacements of a tile of rows from ``first`` on, with their second order if there is any.
 
@@ -47,7 +47,7 @@ def further(lanes: tuple, beyond: Any, first: int, seen: Any) -> Any:
     return v.fma(v.load(lanes, beyond, v.consecutive(TIPS, first)), 1.0, seen)
 
 
-@compiled(inline=True, inner=True)
+@compiled(inner=True)
 def record_displacements(
     lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
     n_active: int,
@@ -79,7 +79,7 @@ def record_displacements(
     return n_active
 
 
-@compiled(inline=True, inner=True)
+@compiled(inner=True)
 def record_casing(lanes: tuple, bank: Bank, table: np.ndarray, row: int, n_active: int) -> None:
     """Record the coordinates of the casing's pairs after a step (table is modified).
 
@@ -163,7 +163,7 @@ class Record(NamedTuple):
     look: int  # steps from one look at the displacements to the next, a divisor of the stride
 
     @staticmethod
-    @compiled(inline=True, inner=True)
+    @compiled(inner=True)
     def observe(
         lanes: tuple, bank: Bank, record: "Record", block: int, step: int, n_active: int
     ) -> int:

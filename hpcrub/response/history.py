@@ -62,7 +62,7 @@ class Trace(NamedTuple):
     look: int  # steps from one look to the next
 
     @staticmethod
-    @compiled(inline=True, inner=True)
+    @compiled(inner=True)
     def observe(
         lanes: tuple, bank: Bank, trace: "Trace", block: int, step: int, n_active: int
     ) -> int:

@@ -36,7 +36,7 @@ class Coupled(NamedTuple):
     surface: Any  # what the points meet, a `surfaces.Surface`
 
 
-@compiled(inline=True, inner=True)
+@compiled(inner=True)
 def candidates(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray) -> int:
     """List the points that may carry a force in any lane (state.active, modified).
 
@@ -59,7 +59,7 @@ def candidates(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray) ->
     return n
 
 
-@compiled(inline=True, inner=True)
+@compiled(inner=True)
 def unsettled(
     lanes: tuple, limit: np.ndarray, change: np.ndarray, largest: np.ndarray
 ) -> np.ndarray:
@@ -69,7 +69,7 @@ def unsettled(
     return limit < v.select(far < largest, largest, change)
 
 
-@compiled(inline=True, inner=True)
+@compiled(inner=True)
 def solve_few(
     lanes: tuple, slots: tuple, law: Coupled, state: State, limit: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -178,7 +178,7 @@ def solve_stuck(law: Coupled, state: State, n_active: int) -> None:
         solve_lane(state, lane, rows[:n], M)
 
 
-@compiled(inline=True, inner=True)
+@compiled(inner=True)
 def solve(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray, n_active: int) -> None:
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
