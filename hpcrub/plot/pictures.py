@@ -7,6 +7,7 @@ from pathlib import Path
 
 from matplotlib import rc_context, rcdefaults
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, reason
@@ -50,7 +51,7 @@ def _save(drawn: Figure, target: Path) -> None:
     part = target.with_name(f"{target.stem}.hpcrub-part{target.suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        drawn.draw_without_rendering()
+        ConstrainedLayoutEngine().execute(drawn)
         drawn.set_layout_engine("none")  # legends would move with the edges that `tight` cuts
         for legend in drawn.legends:
             legend.set_bbox_to_anchor((0, 0, 1, 1), drawn.transFigure)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import betaincinv, ndtr, stdtrit
+from scipy.special import bdtr, betaincinv, ndtr, stdtrit
 
 MIN_VALUES = 10  # least percentile values to judge convergence by: two may agree by chance
 Z_95 = 1.96  # normal quantile of 95 % confidence
@@ -153,11 +153,22 @@ def _interval_ranks(n: Any, q: Any, z: Any) -> tuple[Any, Any]:
     NaN where there is no such end. Both are binomial quantiles, each from its own small tail,
     because 1 - tail would be rounded to 1 for large z.
     """
-    from scipy.stats import binom  # half a second, spent on rank 0 only
-
     tail = ndtr(-z)
-    low, high = binom.ppf(tail, n, q), n - binom.ppf(tail, n, 1.0 - q)
+    low, high = _binomial_quantile(tail, n, q), n - _binomial_quantile(tail, n, 1.0 - q)
     return np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)
+
+
+def _binomial_quantile(tail: Any, n: Any, q: Any) -> Any:
+    """Least number that a binomial variable (n, q) stays below or equals with probability `tail`.
+
+    It is `scipy.stats.binom.ppf`, whose import would take a second of every study.
+    """
+    below, found, q = np.broadcast_arrays(-1, n, q)
+    while (found - below > 1).any():
+        middle = (below + found) // 2
+        enough = bdtr(middle, n, q) >= tail
+        below, found = np.where(enough, below, middle), np.where(enough, middle, found)
+    return found
 
 
 def judged_error(criterion: str, found: Mapping[str, np.ndarray]) -> np.ndarray:
