@@ -46,7 +46,14 @@ def reduced(problem):
     return problem.reduced
 
 
+@pytest.fixture(scope="session")
+def empty(tmp_path_factory):
+    """Bytes of an empty result file."""
+    return lay_out(tmp_path_factory.mktemp("empty") / "result.h5").read_bytes()
+
+
 @pytest.fixture
-def path(tmp_path):
+def path(tmp_path, empty):
     """An empty result file."""
-    return lay_out(tmp_path / "result.h5")
+    (tmp_path / "result.h5").write_bytes(empty)
+    return tmp_path / "result.h5"

@@ -22,7 +22,6 @@ above 1/h undamped, which every impact excites: θ = 0.51 takes 4 % of them a st
 from types import SimpleNamespace
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
@@ -59,7 +58,6 @@ def _operators(model, damping_ratio, friction, h):
     return _Operators(*map(np.ascontiguousarray, parts))
 
 
-@numba.njit
 def _integrate(operators, casing, angle, speeds_hz, h, n_steps, y, peaks):
     """Integrate from y = (u, v) (2n, S) at the time 0 (y, peaks are modified)."""
     n, omega, normal = len(y) // 2, 2.0 * np.pi * speeds_hz, operators.normal
