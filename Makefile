@@ -27,7 +27,7 @@ export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 # Containers set it; then each of the many programs that the tests start compiles every module anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup run test test-faults staying test-slurm validate stress bench scaling blisk rotor67 reproduce lint reference docs links clean
+.PHONY: help setup run test test-long test-faults staying test-slurm validate stress bench scaling blisk rotor67 reproduce lint reference docs links clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -46,8 +46,11 @@ run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwri
 	mpirun -n $(RANKS) $(VENV_PYTHON) main.py "$(INPUT)" \
 	    $(if $(findstring --overwrite,$(ARGS)),,--resume) $(ARGS)
 
-test: $(DEVELOP)  ## run all tests, as many at once as there are cores (ARGS="-k config", ARGS="-n 0")
-	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal $(ARGS)
+test: $(DEVELOP)  ## run the tests, as many at once as there are cores (ARGS="-k config", ARGS="-n 0")
+	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal -m "not long" $(ARGS)
+
+test-long: $(DEVELOP)  ## run the tests that take long
+	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal -m long $(ARGS)
 
 test-slurm: $(DEVELOP)  ## run the job scripts on a Slurm of this machine (root; 4 min)
 	@command -v slurmctld >/dev/null || { apt-get update -q; apt-get install -q -y --no-install-recommends slurm-wlm munge; }

@@ -72,6 +72,7 @@ def test_progress_in_a_notebook_is_one_bar(capsys):
     assert capsys.readouterr().out == "loading the kernel\nVerdict: usable.\n"
 
 
+@pytest.mark.long
 def test_input_files_are_configurations_too(folder):
     keys = "disk: {n_blades: 3, blade: {n_elements: 1}}\nreduction: {n_modes: 6}\n"
     (folder / "a.yaml").write_text("study: modal\n" + keys)

@@ -70,6 +70,7 @@ def test_the_page_stands_alone_and_names_are_no_markup(folder):
     assert "a&lt;b&gt;.h5" in page
 
 
+@pytest.mark.long
 def test_of_several_files_it_says_in_which_keys_they_differ(folder, capsys):
     paths = [str(folder / "a<b>.h5"), str(folder / "c.h5")]
     assert main(["report", *paths, "--output", str(folder / "both.html")]) == 0

@@ -67,6 +67,7 @@ def started(tmp_path, who):
     return {file: file.read_bytes() for file in (tmp_path / "hpcrub").rglob("*.nb?")}
 
 
+@pytest.mark.long
 def test_code_compiled_for_a_law_from_elsewhere_does_not_bar_who_lacks_that_law(tmp_path):
     mine = tmp_path / "mine.py"
     mine.write_text(
@@ -213,6 +214,7 @@ def test_fields_of_other_named_tuples_are_what_they_were():
         assert value == 499500.5
 
 
+@pytest.mark.long
 def test_damaged_compiled_code_is_compiled_anew_and_mended(tmp_path):
     before = started(tmp_path, "other")
     for kind, share in (("nbc", 0.5), ("nbi", 0.0)):

@@ -86,6 +86,7 @@ def digest():
     return seen.hexdigest()
 
 
+@pytest.mark.long
 def test_no_shape_changes_a_bit():
     """By other processes, which compile nothing."""
     code = "from tests.contact.test_machine import digest; print(digest())"

@@ -144,6 +144,7 @@ def test_the_notebook_leads_to_a_decision(monkeypatch, capsys):
     assert f"to be avoided: {avoided[0]:.1f} to {avoided[1]:.1f} Hz" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_a_figure_leaves_a_notebook_as_it_was(tmp_path):
     """Notebooks draw by a backend that turns the interactive mode on, and need it for the next."""
     (tmp_path / "inline.py").write_text(

@@ -83,6 +83,7 @@ SEVERAL = [(f, 4 if f.about.several else 1) for f in OF_CONTACT]
 
 
 @pytest.mark.parametrize(("figure", "n_files"), SEVERAL, ids=lambda v: getattr(v, "__name__", v))
+@pytest.mark.long
 def test_nothing_is_clipped(random, figure, n_files):
     files = [contact_file(random, f"{TINY}casing: {{n_bumps: {3 + n}}}\n") for n in range(n_files)]
     axes = np.ravel(figure(files if n_files > 1 else files[0]))

@@ -91,6 +91,7 @@ def test_one_picture_that_cannot_be_written_does_not_keep_the_others(modal, fold
     assert Path("modal_mode_shapes.png").exists()
 
 
+@pytest.mark.long
 def test_what_is_inherited_does_not_fail_a_study(folder):
     environment = {"MPLBACKEND": "nonsense", "MATPLOTLIBRC": "latex"}
     Path("latex").mkdir()

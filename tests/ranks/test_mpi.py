@@ -186,6 +186,7 @@ def test_same_bits_on_any_number_of_ranks(request, kind, ranks):
     assert not (folder / f"{ranks}.h5.hpcrub-lock").exists()
 
 
+@pytest.mark.long
 def test_more_ranks_than_samples(study):
     """The sweeps of 9 speeds are cut into parts, on different ranks.
 
@@ -215,7 +216,11 @@ def wait_for_samples(process, path, n_wanted):
 
 @pytest.mark.parametrize(
     ("ranks", "number", "resumed_on"),
-    [(2, signal.SIGINT, 1), (3, signal.SIGUSR1, 1), (0, signal.SIGTERM, 2)],
+    [
+        (2, signal.SIGINT, 1),
+        pytest.param(3, signal.SIGUSR1, 1, marks=pytest.mark.long),
+        pytest.param(0, signal.SIGTERM, 2, marks=pytest.mark.long),
+    ],
 )
 def test_stopped_and_resumed_gives_the_same_bits(
     study, held, monkeypatch, capfd, ranks, number, resumed_on
@@ -265,7 +270,7 @@ def resume(folder, ranks, arguments, capfd):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
-@pytest.mark.parametrize("victim", ["mpirun", "all ranks"])
+@pytest.mark.parametrize("victim", ["mpirun", pytest.param("all ranks", marks=pytest.mark.long)])
 def test_killed_and_resumed_gives_the_same_bits(study, held, capfd, victim):
     """kill -9; what mpirun leaves behind when it is killed must not write on."""
     folder, expected = study

@@ -172,6 +172,7 @@ def test_one_disk_has_no_percentiles_on_its_way(mistuning, values, told, capsys)
     assert capsys.readouterr().out.endswith(f"/s); {told}\n")
 
 
+@pytest.mark.long
 def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):
     """`hpcrub keys | head` was a traceback; so was a study whose log stood on a full disk."""
     (tmp_path / "a.yaml").write_text("study: modal\noutput: a.h5\n")
@@ -189,6 +190,7 @@ def test_a_reader_that_leaves_and_a_full_disk_end_no_command(tmp_path):
     assert run_here("a.yaml", "--status", folder=tmp_path) == 0
 
 
+@pytest.mark.long
 def test_where_nothing_can_be_printed_at_all_a_study_is_computed(tiny):
     """Not even that nothing is printed any more, which ended the study before its first sample."""
     with open("/dev/full", "w") as full:
@@ -228,6 +230,7 @@ def test_lines_and_tables_fit_the_terminal(tiny):
 
 
 @pytest.mark.mpi
+@pytest.mark.long
 def test_an_h5py_without_mpi_is_one_line(tiny, tmp_path):
     lines = [
         "import h5py",

@@ -76,7 +76,10 @@ def forgetful(random, n, decay):
 
 
 @pytest.mark.parametrize("decay", [DECAY / 8.0, DECAY, 3.0 * DECAY])
-@pytest.mark.parametrize(("max_error", "least"), [(CRITERIA.max_error, 0.9), (0.03, 0.8)])
+@pytest.mark.parametrize(
+    ("max_error", "least"),
+    [(CRITERIA.max_error, 0.9), pytest.param(0.03, 0.8, marks=pytest.mark.long)],
+)
 def test_two_standard_errors_hold_the_mean_of_a_process_that_is_known(decay, max_error, least):
     """95 %, correlated windows too, less what it costs to stop when the error happens to be small.
 

@@ -61,6 +61,7 @@ def lockless(folder, monkeypatch):
     return folder
 
 
+@pytest.mark.long
 def test_a_study_runs_goes_on_and_is_read(tiny, lockless):
     run_on(2, tiny, folder=lockless)
     before = datasets(lockless / "results/tiny.h5")  # of this process, which has locks

@@ -90,6 +90,7 @@ def test_runs_are_one_file_each_with_the_same_disks(folder, capfd):
         np.testing.assert_array_equal(a.read("samples/deviation"), b.read("samples/deviation"))
 
 
+@pytest.mark.long
 def test_runs_of_one_pattern_have_no_statistics(folder):
     Path("a.yaml").write_text(PHYSICS + PATTERN + DAMPINGS)
     assert cli.main(["a.yaml"]) == 0

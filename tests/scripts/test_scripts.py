@@ -111,6 +111,7 @@ def test_tasks_of_an_array_are_the_parts_of_all_inputs(job, task, words):
     )
 
 
+@pytest.mark.long
 def test_what_pip_installs_runs_without_the_checkout(tmp_path):
     """All packages are in the wheel, and so is the command."""
     for name in ("hpcrub", "pyproject.toml", "README.md"):  # setuptools writes beside its sources

@@ -124,6 +124,7 @@ aero:
 
 
 @pytest.mark.parametrize(("own", "stays"), [(0.003, True), (-0.001, False)])
+@pytest.mark.long
 def test_where_the_tuned_disk_flutters_patterns_have_amplitudes_and_say_so(
     tmp_path, capsys, own, stays
 ):

@@ -47,6 +47,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.mpi
+@pytest.mark.long
 @pytest.mark.parametrize("name", STUDIES)
 def test_two_ranks_give_the_same_bits(folder, name):
     assert datasets(folder / f"{name}-2.h5") == datasets(folder / f"{name}.h5")

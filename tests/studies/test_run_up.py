@@ -67,6 +67,7 @@ def study(tmp_path_factory):
     return folder, computed(folder, STUDY, output="one.h5")
 
 
+@pytest.mark.long
 def test_parts_are_merged_to_the_bits_of_the_whole(study, capsys):
     folder, path = study
     parts = []
@@ -79,7 +80,9 @@ def test_parts_are_merged_to_the_bits_of_the_whole(study, capsys):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.long)]
+)
 def test_a_run_that_is_stopped_goes_on_with_the_same_bits(study, number):
     folder, path = study
     (folder / "held.py").write_text(HELD)

@@ -92,6 +92,7 @@ def results(path):
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.long
 def test_results_scale_by_their_units(case, tmp_path, monkeypatch):
     small = Config.from_yaml(TINY).replace({"speeds.from_hz": 34, "speeds.to_hz": 35})
     small = small.replace({"speeds.step_hz": 0.5} | CASES[case])

@@ -144,7 +144,11 @@ def test_interaction_map(folder):
     ("failing", "words"),
     [
         (("disk.blade.lean_deg=55", "disk.blade.bow=-0.05", "contact.friction=1.5"), "jamming"),
-        (("disk.spoke_thickness_mm=0.1", "contact.friction=0.5"), "displacements"),
+        pytest.param(
+            ("disk.spoke_thickness_mm=0.1", "contact.friction=0.5"),
+            "displacements",
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_a_history_without_a_result_says_so(folder, capfd, failing, words):

@@ -101,7 +101,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", ["planar", "dense", pytest.param("cyclic", marks=pytest.mark.long)]
+)
 def test_the_kernel_is_the_second_program_as_the_step_shrinks(case):
     """They differ by the time at which bent modes push, and by the casing between two steps."""
     disk, speed, finest = CASES[case]

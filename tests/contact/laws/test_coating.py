@@ -108,7 +108,10 @@ def test_a_slow_incursion_wears_what_statics_say():
     assert w > 0.5 * x
 
 
-@pytest.mark.parametrize("bar", [HARD, None], ids=["coated", "elastic"])
+@pytest.mark.parametrize(
+    "bar",
+    [pytest.param(HARD, id="coated"), pytest.param(None, id="elastic", marks=pytest.mark.long)],
+)
 def test_energy_goes_into_wear_and_what_a_step_loses(bar):
     """The balance of every step closes, nothing is stored in the end, and what steps gain or lose
     has the second order."""

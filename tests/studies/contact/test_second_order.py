@@ -133,6 +133,7 @@ def test_disks_at_an_answer_are_computed_to_second_order(study, tmp_path, capsys
         np.testing.assert_array_equal(file.read(trials.BENT), after)
 
 
+@pytest.mark.long
 def test_the_tuned_disk_runs_up_to_second_order(tmp_path):
     """Its peaks are those of a study to second order."""
     text = TINY.replace("checked_samples: 0", "checked_samples: 1").partition("\n")[2]
