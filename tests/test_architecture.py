@@ -26,14 +26,18 @@ def name_of(path):
 
 
 MODULES = {name_of(path): path for path in PACKAGE.rglob("*.py")}
-TREES = {name: ast.parse(path.read_text("utf-8")) for name, path in MODULES.items()}
+
+
+@cache
+def tree(name):
+    return ast.parse(MODULES[name].read_text("utf-8"))
 
 
 @cache
 def imports(name):
     """All modules that a module imports, and whether it has an `import_module` of the package."""
     found, dynamic = set(), False
-    for node in ast.walk(TREES[name]):
+    for node in ast.walk(tree(name)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
@@ -67,7 +71,7 @@ def test_files_and_functions_are_short_but_those_that_a_page_names():
     named = {name.rpartition(".")[2] for name in re.findall(r"`([\w.]+)`", sizes)}
     for name, path in MODULES.items():
         assert len(path.read_text("utf-8").splitlines()) <= 400, path
-        functions = [n for n in ast.walk(TREES[name]) if isinstance(n, ast.FunctionDef)]
+        functions = [n for n in ast.walk(tree(name)) if isinstance(n, ast.FunctionDef)]
         long = {f.name for f in functions if f.end_lineno - f.lineno >= 40}
         assert long <= named, path
 

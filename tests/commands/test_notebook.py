@@ -82,6 +82,7 @@ def test_input_files_are_configurations_too(folder):
         hpcrub.run("a.yaml", output="four.h5", quiet=True)
 
 
+@pytest.mark.long
 def test_any_name_of_a_file_is_taken_and_returned_as_it_is(folder, monkeypatch):
     """A name beyond the first 65,536 characters was no file name, and ~ was returned as it was."""
     monkeypatch.setenv("HOME", str(folder))

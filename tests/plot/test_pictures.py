@@ -65,6 +65,7 @@ def test_of_many_blades_the_shapes_that_the_file_holds_are_drawn(folder):
 
 
 @pytest.mark.parametrize("study", ["modal", "time_response", "patterns"])
+@pytest.mark.long
 def test_a_file_without_results_has_no_figure_of_them(folder, capsys, study):
     """It was a traceback."""
     lay_out("empty.h5", f"study: {study}\nhistory: {{duration_s: 0.5}}\n")

@@ -217,9 +217,9 @@ def wait_for_samples(process, path, n_wanted):
 @pytest.mark.parametrize(
     ("ranks", "number", "resumed_on"),
     [
-        (2, signal.SIGINT, 1),
+        pytest.param(2, signal.SIGINT, 1, marks=pytest.mark.long),
         pytest.param(3, signal.SIGUSR1, 1, marks=pytest.mark.long),
-        pytest.param(0, signal.SIGTERM, 2, marks=pytest.mark.long),
+        (0, signal.SIGTERM, 2),
     ],
 )
 def test_stopped_and_resumed_gives_the_same_bits(

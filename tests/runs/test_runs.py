@@ -76,6 +76,7 @@ def test_a_dry_run_with_resume_counts_what_is_there(folder, capfd):
     assert "estimated run time:   0 s on 1 rank, 0 core hours" in capfd.readouterr().out
 
 
+@pytest.mark.long
 def test_runs_are_one_file_each_with_the_same_disks(folder, capfd):
     """A figure that does not suit them, the convergence of two samples, is left out in silence."""
     Path("a.yaml").write_text(TINY + DAMPINGS)
@@ -157,6 +158,7 @@ def test_all_runs_are_checked_before_the_first(folder, capfd, second, message):
     assert not Path("results").exists()
 
 
+@pytest.mark.long
 def test_results_whose_names_hold_numbers_share_nothing(folder):
     """r_0.25 and r_0.50, without .h5: the name does not end at its first point."""
     beside, runs = [], []

@@ -100,6 +100,7 @@ def test_disks_in_contact_that_are_lost_or_move_too_far_are_told(found):
     assert "outside small displacements, 200 mm" in lines[0]
 
 
+@pytest.mark.long
 def test_a_stop_changes_no_bit(found):
     folder, *_ = found
     first = datasets(folder / "one.h5")

@@ -55,6 +55,7 @@ def sampled(brute):
     return folder / "one.h5"
 
 
+@pytest.mark.long
 def test_it_ends_by_the_first_disks_of_brute_force_that_tell_enough(brute, sampled):
     _, peaks, limit = brute
     found = contents(sampled)

@@ -106,6 +106,7 @@ def test_every_disk_is_that_of_brute_force_and_the_crossing_is_there(brute):
     assert n.sum() < len(values) * N
 
 
+@pytest.mark.long
 def test_a_stop_changes_no_bit(brute):
     folder, *_ = brute
     first = datasets(folder / "one.h5")

@@ -105,6 +105,7 @@ N_BENT = {"rare": 6, "threshold": 6, "patterns": 4}
 
 
 @pytest.mark.parametrize("study", AT_AN_ANSWER)
+@pytest.mark.long
 def test_disks_at_an_answer_are_computed_to_second_order(study, tmp_path, capsys):
     """They are those of the same input to second order; the verdict says it; a stop loses none."""
     text = BRIEF.replace("checked_samples: 0", "checked_samples: 2").replace("[2, 4]", "[4]")
