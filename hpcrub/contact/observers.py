@@ -131,6 +131,7 @@ def largest_stress(bank: Bank, lane: int, work: np.ndarray) -> float:
     return largest
 
 
+@compiled
 def strokes(
     history: np.ndarray, lane: int, n_observed: int, n_rows: int, oldest: int
 ) -> tuple[float, float]:
@@ -141,9 +142,20 @@ def strokes(
     Returns the largest peak-to-peak displacement of any row in the later half of the ring, and the
     largest change from one record to the next.
     """
-    records = np.roll(history[:, lane].reshape(-1, n_observed)[:, :n_rows], -oldest, axis=0)
-    jumps, later = np.abs(np.diff(records, axis=0)), records[len(records) // 2 :]
-    return float(np.ptp(later, axis=0).max()), float(jumps.max(initial=0.0))
+    half, stroke, jump = len(history) // n_observed // 2, 0.0, 0.0
+    for row in range(n_rows):
+        place = oldest * n_observed + row
+        last, lowest, highest = history[place, lane], np.inf, -np.inf
+        for k in range(2 * half):
+            u = history[place, lane]
+            jump, last = max(jump, abs(u - last)), u
+            if k >= half:
+                lowest, highest = min(lowest, u), max(highest, u)
+            place += n_observed
+            if place >= len(history):
+                place = row
+        stroke = max(stroke, highest - lowest)
+    return stroke, jump
 
 
 @passed_by_reference

@@ -46,9 +46,10 @@ def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
         return status.UNSOLVED
     if not (np.isfinite(state.position[:, lane]).all() and np.isfinite(size).all()):
         return status.NOT_FINITE
-    if size.max() >= scene.interface.radius.max():
+    largest = size.max()
+    if largest >= scene.interface.radius.max():
         return status.TOO_LARGE
-    return flaw if size.max() < scene.furthest else status.BENT
+    return flaw if largest < scene.furthest else status.BENT
 
 
 def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
@@ -259,7 +260,8 @@ class Band:
 
     def _finished(self, lane: int, course: Course, now: int) -> bool:
         """Check a lane; if it ends here, write its result and return True."""
-        sizes = self._peaks()[self._windows(now), :, lane].max(axis=1)  # of two windows (2, O) [m]
+        windows = self._windows(now)
+        sizes = self._peaks()[windows, :, lane].max(axis=1)  # (2, O) [m]
         reason, outcome = judge(self.bank, lane, sizes, self.scene), DIVERGED
         begin, touched = course.touched
         steps = (now - begin) * self.grid.steps_per_block
@@ -268,7 +270,7 @@ class Band:
         if stuck == status.FLUTTER and reason not in status.FATAL:
             reason = stuck  # the motion grows without bound: another window adds nothing
         if reason not in status.FATAL:
-            verdict = self._look(lane, course, now, sizes)
+            verdict = self._look(lane, course, now, windows, sizes)
             if verdict is None:
                 return False
             outcome, (stroke, jump) = verdict.status, self._strokes(lane, now)
@@ -336,11 +338,10 @@ class Band:
         turned = 2.0 * np.pi * self.grid.stride / self.grid.steps_per_revolution
         return jump > turned * self.scene.interface.radius.min()
 
-    def _look(self, lane: int, course: Course, now: int, sizes: np.ndarray) -> Any:
+    def _look(self, lane: int, course: Course, now: int, windows: Any, sizes: np.ndarray) -> Any:
         """Verdict on the last two windows; None: go on. Sets the block of the next check."""
-        windows, n_lanes = self._windows(now), len(self.lanes)
         history, n_casing = self._history(), self.bank.scheme.casing
-        casing = self.record.casing.reshape(*history.shape[:2], n_casing, n_lanes)
+        casing = self.record.casing.reshape(*history.shape[:2], n_casing, len(self.lanes))
         step, n_rows = record_step(self.window, history.shape[1]), len(self.modes.observed)
 
         def signals(row: int) -> Any:  # places in the ring stand for the blocks of a window

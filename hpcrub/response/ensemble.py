@@ -153,8 +153,7 @@ class Windows(Watch):
         tip = int(np.argmax(last))
         # largest over all tips: at the start another tip may have moved more
         same = is_constant(before.max(), last[tip], self.strict)
-        previous, present = recent.signals(tip)
-        same = same and is_repeated(previous, present, self.strict)
+        same = same and is_repeated(*recent.signals(tip), criteria=self.strict)
         allowed = REPEATED * self.strict.max_amplitude_change * last[tip]
         same = same and self.growth.largest <= allowed
         self.alike = self.alike + 1 if same else 1
