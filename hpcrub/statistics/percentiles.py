@@ -159,9 +159,9 @@ def _interval_ranks(n: Any, q: Any, z: Any) -> tuple[Any, Any]:
 
 
 def _binomial_quantile(tail: Any, n: Any, q: Any) -> Any:
-    """Least number that a binomial variable (n, q) stays below or equals with probability `tail`.
+    """Least k such that a binomial variable (n, q) is at most k with probability `tail` or more.
 
-    It is `scipy.stats.binom.ppf`, whose import would take a second of every study.
+    The function is `scipy.stats.binom.ppf`, whose import would take a second of every study.
     """
     below, found, q = np.broadcast_arrays(-1, n, q)
     while (found - below > 1).any():
