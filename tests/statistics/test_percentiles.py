@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from scipy.stats import binom, gaussian_kde, spearmanr
 
 from hpcrub.statistics import pairs
 from hpcrub.statistics.percentiles import (
@@ -143,6 +143,15 @@ def test_interval_ends_are_binomial_quantiles(n, percentile, z):
 def test_pairs_on_a_line_have_no_density():
     x = np.linspace(1.0, 2.0, 20)
     assert pairs.density(x, 2.0 * x)[2] is None
+
+
+def test_pairs_have_the_density_and_the_rank_correlation_of_scipy():
+    x, y = np.random.default_rng(4).multivariate_normal([0, 0], [[1, 0.6], [0.6, 2]], 30).T.round(1)
+    grid_x, grid_y, density = pairs.density(x, y)
+    exact = gaussian_kde([x, y])([part.ravel() for part in np.meshgrid(grid_x, grid_y)])
+    np.testing.assert_allclose(density.T.ravel(), exact / exact.max(), atol=1e-12)
+    assert len(set(x)) < len(x)  # with ties
+    assert pairs.rank_correlation(x, y)[0] == pytest.approx(spearmanr(x, y).statistic, rel=1e-12)
 
 
 def test_rank_interval_covers_as_often_as_it_says():
