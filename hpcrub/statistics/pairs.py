@@ -1,6 +1,6 @@
 """Statistics of pairs of numbers: rank correlation, density.
 
-`scipy.stats` has both, but its import takes a second of every study with figures.
+`scipy.stats` has both, but its import would take a second of every study with figures.
 """
 
 from typing import Any
