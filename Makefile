@@ -46,10 +46,10 @@ run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwri
 	mpirun -n $(RANKS) $(VENV_PYTHON) main.py "$(INPUT)" \
 	    $(if $(findstring --overwrite,$(ARGS)),,--resume) $(ARGS)
 
-test: $(DEVELOP)  ## run the tests, as many at once as there are cores (ARGS="-k config", ARGS="-n 0")
+test: $(DEVELOP)  ## run all tests but the long ones, as many at once as there are cores (ARGS="-k config", ARGS="-n 0")
 	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal -m "not long" $(ARGS)
 
-test-long: $(DEVELOP)  ## run the tests that take long
+test-long: $(DEVELOP)  ## run the tests that take long (3 min)
 	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal -m long $(ARGS)
 
 test-slurm: $(DEVELOP)  ## run the job scripts on a Slurm of this machine (root; 4 min)

@@ -54,8 +54,7 @@ def _operators(model, damping_ratio, friction, h):
     A = cho_factor(M + h * THETA * C + (h * THETA) ** 2 * K)
     move = -h * cho_solve(A, np.hstack([K, C + h * THETA * K]))
     answer = -cho_solve(A, (face.normal + friction * face.tangential).T)
-    parts = move, face.normal, answer, -face.normal @ answer, face.observed
-    return _Operators(*map(np.ascontiguousarray, parts))
+    return _Operators(move, face.normal, answer, -face.normal @ answer, face.observed)
 
 
 def _integrate(operators, casing, angle, speeds_hz, h, n_steps, y, peaks):
@@ -84,7 +83,7 @@ def _integrate(operators, casing, angle, speeds_hz, h, n_steps, y, peaks):
                     u[:, s] += np.dot(operators.answer, forces(operators.delassus, depth[:, s]))
                 left = (n_steps - k - 1) * h * speeds_hz[s]  # revolutions
                 if left < 6.0:
-                    seen = np.abs(np.dot(operators.observed, np.ascontiguousarray(u[:, s])))
+                    seen = np.abs(np.dot(operators.observed, u[:, s]))
                     peaks[int(left < 3.0), s] = max(peaks[int(left < 3.0), s], seen.max())
 
 

@@ -35,10 +35,11 @@ def density(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
     """
     grid_x, grid_y = map(_grid, (x, y))
     pairs = np.vstack([x, y])
-    if np.linalg.matrix_rank(np.cov(pairs)) < 2:
+    covariance = np.cov(pairs)
+    if np.linalg.matrix_rank(covariance) < 2:
         return grid_x, grid_y, None
     mesh = np.array(np.meshgrid(grid_x, grid_y, indexing="ij")).reshape(2, -1)
-    kernel = np.linalg.cholesky(np.cov(pairs)) * len(x) ** (-1 / 6)
+    kernel = np.linalg.cholesky(covariance) * len(x) ** (-1 / 6)
     mesh, pairs = np.linalg.solve(kernel, mesh), np.linalg.solve(kernel, pairs)
     values = sum(np.exp(-((mesh - pair[:, None]) ** 2).sum(axis=0) / 2.0) for pair in pairs.T)
     return grid_x, grid_y, values.reshape(N_GRID, N_GRID) / values.max()

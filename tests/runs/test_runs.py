@@ -158,7 +158,6 @@ def test_all_runs_are_checked_before_the_first(folder, capfd, second, message):
     assert not Path("results").exists()
 
 
-@pytest.mark.long
 def test_results_whose_names_hold_numbers_share_nothing(folder):
     """r_0.25 and r_0.50, without .h5: the name does not end at its first point."""
     beside, runs = [], []

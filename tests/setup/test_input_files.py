@@ -260,7 +260,6 @@ def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
     np.testing.assert_allclose(fixed_disks(told), [run, PATTERNS[0] / 100 + run], atol=1e-15)
 
 
-@pytest.mark.long
 def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, capfd):
     csv_of(tmp_path / "disks.csv", PATTERNS[:2])
     levels = "mistuning: {half_range_percent: [2, 4], samples: 2, checked_samples: 0}"
