@@ -48,13 +48,16 @@ def compute(run, prepared):
     return list(run.study.compute(run.config, prepared, 0, lambda: None))
 
 
-@pytest.mark.parametrize(("speed", "unit"), [(34, 0.4), (5000, 0.008)])
-def test_a_history_takes_no_more_memory_than_is_told(speed, unit, monkeypatch):
-    """It took 1.4 times as much, and 1.1 times at 5,000 Hz, where a block has a record."""
+@pytest.mark.parametrize(("speed", "longest"), [(34, 0.8), (5000, 0.04)])
+def test_a_history_takes_no_more_memory_than_is_told(speed, longest, monkeypatch):
+    """It took 1.4 times as much, and 1.1 times at 5,000 Hz, where a block has a record.
+
+    The garbage of Python shifts the peak by 0.1 MB, which is small beside what the history adds.
+    """
     monkeypatch.setattr(memory, "COMPILING", 0)
     took, told = [], []
-    for times in (0.5, 1.0, 2.0):  # the first one loads what all need
-        keys = {"study": "time_response", "history": {"duration_s": times * unit}}
+    for times in (0.3, 0.3, 1.0):  # the first one loads what all need
+        keys = {"study": "time_response", "history": {"duration_s": times * longest}}
         run = studies.run_of(Config(speeds={"from_hz": speed, "to_hz": speed}, **keys))
         took.append(peak_of(compute, run, run.prepare())[0])
         told.append(memory.estimate(run))
