@@ -62,9 +62,12 @@ def refuse_endless(path: str | Path) -> None:
 
 
 def complain(line: str) -> None:
-    """Print a line to standard error; where that cannot be written, nobody can be told."""
+    """Print a line to standard error; where that cannot be written, nobody can be told.
+
+    Its end is written with it, so that what mpirun says of an abort begins a line of its own.
+    """
     try:
-        print(line, file=sys.stderr, flush=True)
+        print(f"{line}\n", end="", file=sys.stderr, flush=True)
     except OSError:
         _leave_off(sys.stderr)
 

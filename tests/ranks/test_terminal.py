@@ -17,7 +17,7 @@ import pytest
 from hpcrub import studies
 from hpcrub.config.schema import Config
 from hpcrub.contact.lanes import WIDTHS
-from hpcrub.errors import InputError
+from hpcrub.errors import InputError, complain
 from hpcrub.ranks import parallel, progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import Work
@@ -52,6 +52,23 @@ for text in sys.argv[1:]:
     assert warm == list(integrate.signatures)
     print(len(warm))
 """
+
+
+def test_a_message_and_its_end_are_written_at_once(monkeypatch):
+    """What mpirun printed of an abort in between stood on the same line."""
+    pieces = []
+
+    class Unbuffered(io.RawIOBase):
+        def writable(self):
+            return True
+
+        def write(self, data):
+            pieces.append(bytes(data))
+            return len(data)
+
+    monkeypatch.setattr(sys, "stderr", io.TextIOWrapper(Unbuffered(), write_through=True))
+    complain("hpcrub: error: one")
+    assert [*filter(None, pieces)] == [b"hpcrub: error: one\n"]
 
 
 @pytest.mark.parametrize(("folder", "told"), [("", True), ("folder", False)])
