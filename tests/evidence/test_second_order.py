@@ -1,6 +1,7 @@
 """The second order of a planar blade against exact rotations: how fast it vibrates far out."""
 
 import numpy as np
+import pytest
 from scipy.linalg import eigh
 
 from evidence.truth import second_order
@@ -12,6 +13,7 @@ from evidence.truth.ring import Wall
 HZ, FREE = 40.0, Wall(clearance=1.0, friction=0.0)
 
 
+@pytest.mark.long
 def test_a_blade_vibrates_as_fast_as_one_with_exact_rotations():
     """Shift of the first frequency by a motion of 35 mm: 0.02 %, and 0.35 % without inertia.
 

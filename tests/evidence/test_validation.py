@@ -4,6 +4,7 @@ All other cases have their thresholds in `make validate`.
 """
 
 import numpy as np
+import pytest
 
 from evidence.truth import moreau_jean
 from evidence.truth.disk import MATERIAL, disk_section, mistune, reference_scene
@@ -18,6 +19,7 @@ DAMPING_RATIO = 0.02
 SPEEDS = np.array([34.5])
 
 
+@pytest.mark.long
 def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
     """12 blades of two elements, all modes kept: both programs solve the same equations."""
     deviation = np.linspace(-0.02, 0.02, 12)[[3, 8, 1, 11, 5, 0, 9, 2, 6, 10, 4, 7]]

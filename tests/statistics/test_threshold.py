@@ -39,7 +39,12 @@ def test_a_search_goes_on_where_its_disks_end_whatever_else_is_known():
 
 @pytest.mark.parametrize(
     ("target", "most", "falls"),
-    [(0.002, 10_000, True), (0.01, 3000, False), (0.1, 1000, True), (0.5, 500, False)],
+    [
+        pytest.param(0.002, 10_000, True, marks=pytest.mark.long),
+        (0.01, 3000, False),
+        (0.1, 1000, True),
+        (0.5, 500, False),
+    ],
 )
 def test_the_crossing_is_found_with_little_more_than_one_value_needs(target, most, falls):
     """The truth lies in the range found, twenty times; a value on the safe side needs 5.3/P."""

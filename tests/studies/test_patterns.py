@@ -20,7 +20,7 @@ from tests.plot.drawn import lines
 from tests.program import BRIEF, computed, contents, datasets, load, run_here, swept
 from tests.studies.common import refused_study
 
-N = 256
+N = 192
 TEXT = (
     BRIEF.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[2]")
     + """\

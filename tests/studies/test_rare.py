@@ -89,6 +89,7 @@ def cut(path, n):
             file[name][file["n_disks"][()] > n] = np.nan
 
 
+@pytest.mark.long
 def test_a_stop_changes_no_bit_and_the_time_left_follows_from_the_last_estimate(
     brute, sampled, capsys
 ):

@@ -102,7 +102,8 @@ CASES = {
 
 
 @pytest.mark.parametrize(
-    "case", ["planar", "dense", pytest.param("cyclic", marks=pytest.mark.long)]
+    "case",
+    ["planar", *(pytest.param(case, marks=pytest.mark.long) for case in ("dense", "cyclic"))],
 )
 def test_the_kernel_is_the_second_program_as_the_step_shrinks(case):
     """They differ by the time at which bent modes push, and by the casing between two steps."""

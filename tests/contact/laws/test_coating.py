@@ -108,10 +108,8 @@ def test_a_slow_incursion_wears_what_statics_say():
     assert w > 0.5 * x
 
 
-@pytest.mark.parametrize(
-    "bar",
-    [pytest.param(HARD, id="coated"), pytest.param(None, id="elastic", marks=pytest.mark.long)],
-)
+@pytest.mark.parametrize("bar", [HARD, None], ids=["coated", "elastic"])
+@pytest.mark.long
 def test_energy_goes_into_wear_and_what_a_step_loses(bar):
     """The balance of every step closes, nothing is stored in the end, and what steps gain or lose
     has the second order."""
@@ -257,6 +255,7 @@ def turned(name, speeds=(33.5, 34.0, 34.5), width=8, n_blocks=1, revolution=1200
     return np.concatenate([found.reshape(-1, len(speeds)), worn[:, : len(speeds)]])
 
 
+@pytest.mark.long
 def test_a_compiled_law_is_its_plain_python_twin(tmp_path):
     twin = plain_python("turned('both', revolution=120, solid=True)", __name__, tmp_path)
     assert np.abs(twin).max() > 1e-5  # contact did occur: without it nothing moves

@@ -20,6 +20,7 @@ from tests.studies.common import lines_of_progress
 CHECKED = TINY.replace("checked_samples: 0", "checked_samples: 1, tuned_runs: 1")
 
 
+@pytest.mark.long
 def test_they_are_the_disks_of_a_study_to_second_order(tmp_path):
     """Same disks, same speeds, same bits; and the verdict says what the second order changes."""
     found = {}
