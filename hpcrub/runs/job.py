@@ -141,7 +141,7 @@ class Job:
         """Compute tasks together, and write each, its status last. Returns the duration [s]."""
         start = time.perf_counter()
         if self.round.to_second_order:
-            computed = self.study.compute_to_second_order(self.config, tasks, poll)
+            computed = self.study.compute_to_second_order(self.file, tasks, poll)
         else:
             computed = self.study.compute_all(self.config, self.prepared, tasks, poll)
         for task, found in computed:

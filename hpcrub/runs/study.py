@@ -120,7 +120,7 @@ class Study:
             yield task, list(self.compute(config, prepared, task, poll))
 
     def compute_to_second_order(
-        self, config: Config, tasks: Sequence[Any], poll: Poll
+        self, file: ResultFile, tasks: Sequence[Any], poll: Poll
     ) -> Iterator[tuple[Any, list[Values]]]:
         """Compute tasks once more, of a round to second order, as `compute_all`."""
         raise NotImplementedError
@@ -226,13 +226,6 @@ class StudyInTime(Study):
         """Histories of every disk over the whole duration."""
         n_disks = len(fixed_disks(config))
         return Cost(histories=n_disks * config.history.duration_s, disks=n_disks)
-
-    def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """Findings against the points and amplitudes of all disks, or starts."""
-        names = "amplitude_m", "point_status", "point_reason"
-        amplitude, states, reasons = map(file.read, names)
-        yield from findings.of_points(file.config, amplitude, states, reasons, self.time_key)
-        yield from findings.kinematics(file.config, amplitude)
 
 
 class Run(NamedTuple):

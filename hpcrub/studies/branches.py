@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
 from hpcrub.contact import status
 from hpcrub.contact.lanes import WIDTHS
 from hpcrub.contact.status import DIVERGED, POINT_REASON, POINT_STATUS, STEADY
@@ -26,9 +27,11 @@ from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Poll, StudyInTime, Values
+from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import fixed_disks
 from hpcrub.statistics import coexistence
+from hpcrub.studies.contact.trials import bent_table
+from hpcrub.studies.shared.motions import Motions
 
 _SS = ("start", "speed")
 LAYOUT = (
@@ -41,6 +44,7 @@ LAYOUT = (
     Dataset("time_s", _SS, "s", "simulated time until steady or given up"),
     Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
     Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
+    *bent_table("start"),
 )
 LISTED = 6  # branches that the report describes, those with the most points
 N_WINDOWS = 60  # 5 s at 36 Hz; many motions jump to another one within the first second
@@ -103,13 +107,14 @@ def label_file(file: ResultFile) -> np.ndarray:
     return coexistence.label(*map(file.read, names))
 
 
-class Branches(StudyInTime):
+class Branches(Motions):
     """Coexisting stable motions."""
 
     name = "branches"
     what = "coexisting stable motions, from several initial states"
     sections = ("branches",)
     datasets = LAYOUT
+    at_rest, disks = slice(1), slice(-1, None)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Lengths of this study's own dimensions."""
@@ -183,8 +188,9 @@ class Branches(StudyInTime):
                 f"{100 * local[mine].mean():.1f} %, {mine.sum()} points"
             )
         if n_branches > LISTED:
-            left = np.count_nonzero(labels >= LISTED)
-            yield f"branches {LISTED + 1} to {n_branches}: {left} points in all"
+            left, first = int((labels >= LISTED).sum()), LISTED + 1
+            names = f"branches {first} to" if n_branches > first else "branch"
+            yield f"{names} {n_branches}: {counted(left, 'point')} in all"
 
 
 STUDY = Branches()

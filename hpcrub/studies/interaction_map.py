@@ -15,10 +15,12 @@ from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.results.layout import SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.study import Poll, StudyInTime, Values
+from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import fixed_disks, own_modes_of
 from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
+from hpcrub.studies.contact.trials import bent_table
+from hpcrub.studies.shared.motions import Motions
 
 _DS = ("disk", "speed")
 LAYOUT = (
@@ -32,6 +34,7 @@ LAYOUT = (
     Dataset("point_status", _DS, "1", POINT_STATUS, "u1"),
     Dataset("mean_amplitude_m", _DS, "m", "amplitude, as in a contact study"),
     Dataset("mean_error_m", _DS, "m", "its standard error; NaN: unknown"),
+    *bent_table("disk"),
 )
 _OF_MODEL = "the same at each speed; of a model file, whose stiffness depends on it"
 AT_SPEED = Dataset("natural_frequencies_at_speed_hz", (*_DS, "mode"), "Hz", _OF_MODEL)
@@ -66,13 +69,14 @@ def _frequencies(config: Config, prepared: Any, disk: int, group: np.ndarray) ->
             yield AT_SPEED.name, (disk, speed), there / (2 * np.pi)
 
 
-class InteractionMap(StudyInTime):
+class InteractionMap(Motions):
     """Spectra over a wide range of speeds."""
 
     name = "interaction_map"
     what = "spectra over a wide range of speeds"
     sections = ("history", "spectrum")
     scales = {"frequency": "frequencies_hz"}
+    amplitude = "mean_amplitude_m"
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets for a planar disk or a model file, and for a coating."""

@@ -19,11 +19,13 @@ from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import Finding
 from hpcrub.runs import findings
-from hpcrub.runs.study import Poll, StudyInTime, Values
+from hpcrub.runs.study import Poll, Values
 from hpcrub.setup.disks import fixed_disks
 from hpcrub.setup.problem import scene_of
 from hpcrub.statistics.percentiles import Z_95
+from hpcrub.studies.contact.trials import bent_table
 from hpcrub.studies.interaction_map import DISKS
+from hpcrub.studies.shared.motions import Motions
 
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")
@@ -44,6 +46,7 @@ LAYOUT = (
     Dataset("judged_s", ("disk",), "s", "check that point_status, amplitude are of"),
     Dataset("amplitude_m", ("disk",), "m", "amplitude, as in a contact study"),
     Dataset("amplitude_error_m", ("disk",), "m", "standard error; NaN: unknown"),
+    *bent_table("disk"),
 )
 
 
@@ -90,7 +93,7 @@ def first_known(file: ResultFile, disk: int) -> int | None:
     return int(np.abs(file.read("check_s") - file.read("judged_s", disk)).argmin())
 
 
-class TimeResponse(StudyInTime):
+class TimeResponse(Motions):
     """One simulation in full."""
 
     name = "time_response"
@@ -219,7 +222,7 @@ class TimeResponse(StudyInTime):
         states, reasons = file.read("point_status"), file.read("point_reason")
         of_disks = moved[:, None], states[:, None], reasons[:, None]
         yield from findings.of_points(file.config, *of_disks, self.time_key)
-        yield from findings.kinematics(file.config, moved)
+        yield from self.kinematics(file, moved)
 
 
 STUDY = TimeResponse()

@@ -55,6 +55,7 @@ def test_time_response(random, law):
         check_s=np.array([0.3, 0.5]), window_s=0.1, correlation=np.array([[1, 1], [0.5, 0.99]]),
         amplitude_change=np.zeros((2, 2)), judged_s=np.array([0.3, 0.5]),
         block_s=np.linspace(0.1, 0.5, 5), worn_depth_m=random.uniform(0, 1e-3, (2, 5)),
+        amplitude_m=np.full(2, 1e-2), second_order_amplitude_m=np.full(2, np.nan),
     )  # fmt: skip
     file.values["tangential_m"][1, -1, 4] = -0.02
     panels = np.reshape(plot.time_response(file), (-1, 2))
@@ -98,6 +99,7 @@ def test_interaction_map():
         point_reason=np.zeros((1, len(speeds)), np.uint8),
         point_status=np.full((1, len(speeds)), STEADY), mean_error_m=np.zeros((1, len(speeds))),
         mean_amplitude_m=spectrum.max(axis=1)[None], amplitude_m=spectrum.max(axis=1)[None],
+        second_order_amplitude_m=np.full(1, np.nan),
     )  # fmt: skip
     file.values["point_status"][0, 4:40] = NOT_STEADY
     axes = plot.interaction_map(file)
@@ -130,7 +132,7 @@ def test_branches(random):
         speeds_hz=np.array([34.0, 34.2, 34.4]), amplitude_m=1e-3 * mean,
         window_amplitude_m=1e-3 * mean[..., None] + [-1e-5, 1e-5] * 30,
         window_localisation=local, point_status=np.full((4, 3), STEADY),
-        point_reason=np.zeros((4, 3), int),
+        point_reason=np.zeros((4, 3), int), second_order_amplitude_m=np.full(4, np.nan),
     )  # fmt: skip
     file.values["point_status"][2, 0] = NOT_STEADY
     axes = plot.branches(file)

@@ -46,10 +46,12 @@ def test_a_motion_that_has_not_settled_needs_more_of_the_studys_own_time(study, 
     keys = {"history.duration_s": 1.2, "steady_state.max_time_s": 4.0}
     values = {
         "amplitude_m": np.full((1, 3), 1e-3), "tangential_m": np.full((3, 1, 1), 1e-3),
+        "mean_amplitude_m": np.full((1, 3), 1e-3), "second_order_amplitude_m": np.full(1, np.nan),
         "point_status": np.full((1, 3), NOT_STEADY), "point_reason": np.zeros((1, 3), int),
     }  # fmt: skip
     if study == "time_response":
         values |= {name: values[name][0] for name in ("point_status", "point_reason")}
+        values |= {"amplitude_m": np.full(1, 1e-3)}
     fake = SimpleNamespace(config=Config().replace(keys), read=values.get)
     assert key in str(list(studies.STUDIES[study].findings(fake)))
 

@@ -62,7 +62,7 @@ def test_resonances_are_as_wide_as_the_damping_of_their_modes(folder):
         assert "resonances are 10 % wide" in line
 
 
-QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
+QUICK = "reduction.n_modes=12", "time.step_s=2e-5", "mistuning.checked_samples=0"
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ from hpcrub.setup.problem import Problem, checks_second_order
 from hpcrub.statistics.percentiles import finite, mean_and_error
 from hpcrub.studies.contact.amplification import Integrated, tuned_run
 
-FURTHER = 2.0  # times as far as the tuned disk mistuned ones may move
+FURTHER = 2.0  # times as far as its steady motion, or the tuned disk, a disk may move
 MOST = 2  # mistuned disks of a contact study that are computed to second order
 OF_TRIALS = 6  # disks of a study of trials
 COST = 8, 2  # cost of a disk to second order: planar, and of a model file

@@ -140,11 +140,11 @@ class Trials(Study):
                 yield task, [(name, task, found[name]) for name in found if name in there]
 
     def compute_to_second_order(
-        self, config: Config, tasks: Sequence[Any], poll: Poll
+        self, file: ResultFile, tasks: Sequence[Any], poll: Poll
     ) -> Iterator[tuple[Any, list[Values]]]:
         """Compute disks once more, to second order."""
         for task in tasks:
-            if case := self.case(config, task):
+            if case := self.case(file.config, task):
                 there = to_second_order(case.config)
                 ((_, found),) = peaks_of(there, _problem_of(there), [case.blades], poll)
                 size = np.nan_to_num(found["peak_amplitude_m"], nan=np.inf)

@@ -209,15 +209,15 @@ class RunUp(Study):
                 state.forget()
 
     def compute_to_second_order(
-        self, config: Config, tasks: Sequence[Any], poll: Poll
+        self, file: ResultFile, tasks: Sequence[Any], poll: Poll
     ) -> Iterator[tuple[Any, list[Values]]]:
         """Run the tuned disk up once more at one rate, to second order; tasks: (rate,)."""
-        bent = to_second_order(config)
+        bent = to_second_order(file.config)
         problem = build_problem(bent)
         modes = rubbing_modes(bent, problem, run_deviation(bent, 0))
         for (rate,) in tasks:
             runner = Runner(modes, problem.scene, run_up.schedules(bent)[rate], asked_of(bent))
-            kept = Kept(config, ("tuned", rate, "bent"))
+            kept = Kept(file.config, ("tuned", rate, "bent"))
             peak = np.fmax.reduce(kept.finish(runner, poll).envelope, axis=-1)
             yield (rate,), [("tuned/second_order_peak_m", rate, np.nan_to_num(peak, nan=np.inf))]
             kept.forget()
