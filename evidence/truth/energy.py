@@ -18,7 +18,9 @@ with which the turning casing brings the groove of former passages under the poi
 depth under it after the step before and w⁻ at the begin of this. The rest is what a step loses, or
 gains. N is found here anew: a kernel with another law does not close the balance. The pairs of a
 casing that vibrates are taken in its own frame, where they are ordinary modes; the work with which
-the casing moves its bumps is then the shaft's: it carries the blades along the wave, too.
+the casing moves its bumps is then the shaft's: it carries the blades along the wave, too. On a
+basis that disks share the deviation δ of a blade is a spring on its modes y, whose force
+−δ (y_n + s (y_n − y_{n−1})) acts at t_n: its energy is δ y_n y_{n+1}/2, and s adds to D.
 """
 
 from typing import NamedTuple
@@ -67,29 +69,34 @@ class Ledger(NamedTuple):
         return (self.unexplained() <= TOLERANCE) & (given <= TOLERANCE * self.turnover())
 
 
-def audit(bank, n_steps, scene=None):
+def audit(bank, n_steps, scene=None, modes=None):
     """Integrate a Bank n_steps in time, from the start of its table (bank is modified).
 
-    scene: of a casing that gives or wears. Returns a Ledger; idle lanes have zeros.
+    scene: of a casing that gives or wears. modes: of a disk on a basis that disks share.
+    Returns a Ledger; idle lanes have zeros.
     """
     scheme, state, parts = bank.scheme, bank.state, []
+    normal_of, load = _normal(bank), scheme.load[:, : len(state.position)].T
+    if modes:
+        normal_of, load = modes.rows.normal, bank.law.loads(modes.rows, scene)
+    springs = BladeSprings(bank, modes) if modes else None
     inverse = np.divide(1.0, scheme.gain, out=np.zeros_like(scheme.gain), where=scheme.gain > 0.0)
     inertia, loss = (1.0 + scheme.decay) * inverse / 4.0, (1.0 - scheme.decay) * inverse / 4.0
     spring = np.reshape(scheme.omega2, (len(inverse), -1)) / 2.0
     surface = Surface(bank, scene) if scene and (scene.coating or scene.elastic_casing) else None
     q, d, start, done = state.position.copy(), state.increment.copy(), state.n_steps.copy(), 0
     first = np.sum(inertia * d**2 + spring * q * (q - d), axis=0)
-    depth = _penetration(bank, np.stack([q - d, q]), start, np.array([-1, 0]))
+    depth = _penetration(bank, normal_of, np.stack([q - d, q]), start, np.array([-1, 0]))
     # worn bars are seen only as they are after a step
     for steps in recorded(bank, n_steps, *([1] if surface else [])):
         force, rows = steps.force[:, : depth.shape[1]], done + np.arange(len(steps.force))
-        now = _penetration(bank, steps.position, start, rows + 1)
+        now = _penetration(bank, normal_of, steps.position, start, rows + 1)
         depth = np.concatenate([depth[-2:], now])
         at_rest = [_at_rest(scheme, part, rows + 1) for part in steps[:2]]
         moved = at_rest[1] + np.concatenate([d[None], at_rest[1][:-1]])
-        by_normal = _at_rest(scheme, -(_normal(bank).T @ force), rows)
+        by_normal = _at_rest(scheme, -(normal_of.T @ force), rows)
         normal = np.sum(by_normal * moved, axis=1) / 2.0
-        by_all = _at_rest(scheme, scheme.load[:, : len(q)].T @ steps.force, rows)
+        by_all = _at_rest(scheme, load @ steps.force[:, : load.shape[1]], rows)
         all_forces = np.sum(by_all * moved, axis=1) / 2.0
         taken = force * (depth[2:] - depth[:-2]) / 2.0
         tips, external = taken.sum(axis=1), np.zeros_like(normal)
@@ -102,12 +109,40 @@ def audit(bank, n_steps, scene=None):
             impact, *given = (part[None] for part in bar)
         q, d = at_rest
         energy = np.sum(inertia * d**2 + spring * q * (q - d), axis=1)
+        damped = np.sum(loss * moved**2, axis=1)
+        if springs:
+            kept, lost = springs.work(steps.position)
+            energy, damped = energy + kept, damped + lost
         parts.append((energy, normal + tips, all_forces - normal, external, given[0],
-                      np.sum(loss * moved**2, axis=1), impact, *given[1:],
+                      damped, impact, *given[1:],
                       np.minimum(taken, 0.0).sum(axis=1)))  # fmt: skip
         q, d, done = q[-1], d[-1], done + len(q)
     energy, *works = map(np.concatenate, zip(*parts, strict=True))
     return Ledger(np.concatenate([first[None], energy]), *works)
+
+
+class BladeSprings:
+    """Deviations of blades from the modes that disks share, as springs on the blades' modes."""
+
+    def __init__(self, bank, modes):
+        """Of a bank at rest; modes: of one of its disks."""
+        n_blades, n_modes = modes.blades.modes.shape[:2]
+        self.modes = modes.rows.blade.reshape(n_blades, n_modes, -1).swapaxes(0, 1)
+        shape = n_modes, n_blades, bank.width
+        self.deviation = -bank.basis.deviation.reshape(shape)
+        self.lag = bank.basis.lag.reshape(shape)
+        self.last = np.zeros((2, *shape))  # motion of the blades' modes after the last two steps
+
+    def work(self, position):
+        """Energy of the springs after each of some steps, and what their lag takes (n, L) [J].
+
+        position: q after each step (n, K, L) [m·√kg], in the rotating frame.
+        """
+        y = np.concatenate([self.last, np.einsum("jbk,nkl->njbl", self.modes, position)])
+        self.last = y[-2:]
+        kept = self.deviation * y[1:-1] * y[2:] / 2.0
+        slip = self.deviation * self.lag * (y[1:-1] - y[:-2]) * (y[2:] - y[:-2]) / 2.0
+        return kept.sum(axis=(1, 2)), slip.sum(axis=(1, 2))
 
 
 class Surface:
@@ -185,14 +220,14 @@ def _normal(bank):
     return bank.scheme.normal[:, np.isfinite(bank.scheme.point_clearance[0])].T
 
 
-def _penetration(bank, q, start, n):
+def _penetration(bank, normal_of, q, start, n):
     """Penetrations of the new surface by q (m, K, L) after n (m,) steps from step ``start`` (L,).
 
-    Returns (m, C, L) [m].
+    normal_of: normal displacement of the points per modal coordinate (C, K). Returns (m, C, L) [m].
     """
     scheme, n_points = bank.scheme, np.count_nonzero(np.isfinite(bank.scheme.point_clearance))
     t = np.maximum(start + n[:, None], 0) * scheme.step
     grown = np.vectorize(casing.ramp, otypes=[float])(t, scheme.ramp_time)[:, None]
     bump = scheme.bump[(n - 1) % len(scheme.bump), :n_points, None]
     clearance = scheme.clearance + scheme.point_clearance[0, :n_points, None]
-    return grown * bump + _normal(bank) @ q - clearance
+    return grown * bump + normal_of @ q - clearance

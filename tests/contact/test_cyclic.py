@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from evidence.truth.energy import audit
 from evidence.validation.report import fitted_order
 from hpcrub.contact.bank import allocate, fill_lane, motion, set_motion
 from hpcrub.contact.cyclic_arrays import blade_stiffness
@@ -247,6 +248,22 @@ EVERYTHING = {
     "load": 50.0,
     "load_order": 3,
 }
+
+
+SCENES = ("load", "load_order"), ("coating", "elastic_casing")
+
+
+@pytest.mark.parametrize("names", SCENES, ids=["rigid", "both"])
+def test_energy_of_a_mistuned_disk_in_a_ring_is_balanced(names):
+    """To rounding, with the springs of the deviations; no impact on a rigid casing gives energy."""
+    face = small_disk(5).interface
+    scene = scene_of(face, **{name: EVERYTHING[name] for name in names})
+    modes = sample()._replace(pairs=PAIRS.seen_from(face.angle))
+    bank = allocate(modes, scene, Grid(REVOLUTION, 1, 1), WIDTH, [SPEED])
+    books = audit(bank, 2 * REVOLUTION, scene, modes)
+    assert books.unexplained()[0] < 1e-13
+    assert books.is_balanced()[0] or scene.coating
+    assert books.impact[:, 0].sum() > 0.0
 
 
 def turned(n_steps, deviation, dense=False, width=WIDTH, **changes):
