@@ -133,7 +133,7 @@ class PatternStudy(Trials):
     what = "which pattern of blade types makes mistuned disks vibrate least"
     sections = ("patterns",)
     amplitude = "contact_amplitude_m"
-    which = "the first disks of the best pattern, and without one,"
+    which = "the first disks with the best pattern and without one"
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:

@@ -111,9 +111,9 @@ def _beyond_range(config: Config, which: str, before: float, after: float) -> Fi
         return None
     most = after * np.sqrt(findings.THIRD / third)
     advice = (
-        f"{BEGIN}the peak of {which} is {1e3 * after:.3g} mm, and without it {1e3 * before:.3g} "
-        f"mm; the second order can tell motions of up to {1e3 * most:.3g} mm: sign no millimetres "
-        "or MPa, and take ratios only with care"
+        f"{BEGIN}the peak of {which} is {1e3 * after:.3g} mm, at small displacements "
+        f"{1e3 * before:.3g} mm; the second order can tell motions of up to {1e3 * most:.3g} mm: "
+        "sign no millimetres or MPa, and take ratios only with care"
     )
     return Finding(SINGLE, "tips move further than second order can tell", advice)
 

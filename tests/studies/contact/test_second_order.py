@@ -1,5 +1,7 @@
 """Disks of a study at small displacements that are computed to second order as well."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -166,7 +168,7 @@ def test_the_tuned_disk_runs_up_to_second_order(tmp_path):
         (
             [0.0550, 0.0540, 0.0200],
             SINGLE,
-            "the peak of the disks, at the median, is 54 mm, and without it 20",
+            "the peak of the disks, at the median, is 54 mm, at small displacements 20 mm;",
         ),
         ([np.inf, np.inf, 0.0202], USELESS, "there is no result of the disks"),
     ],
@@ -179,6 +181,20 @@ def test_it_weighs_how_far_peaks_move(tmp_path, after, severity, words):
         found = second_order.of_others(file, "the disks", *sizes)
     assert (found and found.severity) == severity
     assert words in (found.advice if found else "")
+
+
+@pytest.mark.parametrize("study", AT_AN_ANSWER)
+def test_it_names_the_disks_of_every_study_in_a_sentence(tmp_path, study):
+    """It was "of the best pattern, and without one,, at the median"."""
+    text = BRIEF.replace("[2, 4]", "[4]").replace("samples: 2", "samples: 16")
+    config = Config.from_yaml(f"{text}study: {study}\n{AT_AN_ANSWER[study]}")
+    which = studies.run_of(config).study.which
+    lay_out(str(tmp_path / "x.h5"), Config.from_yaml(CHECKED))
+    with studies.open_result(tmp_path / "x.h5") as file:
+        for size in (0.03, 0.055, np.inf):
+            found = second_order.of_others(file, which, np.full(2, 0.02), np.full(2, size))
+            assert f" of {which}" in found.advice
+            assert not re.search(r",\W*,", found.advice + found.why)
 
 
 def test_disks_to_second_order_are_counted_by_themselves(tmp_path, capsys):
