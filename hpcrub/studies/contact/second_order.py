@@ -89,9 +89,10 @@ def _finding(file: ResultFile, largest: float) -> Finding:
     ratios = finite(after[1 + there] / after[0] / small - 1.0)
     if len(ratios):
         advice += f", and A_nl of {counted(len(ratios), 'disk')} changes by {_range(ratios)} %"
-    why = f"second order moves the tuned peak by {_signed(change)} %"
     if np.abs(ratios).max(initial=0.0) > FAR_OFF:
+        why = f"second order moves A_nl by {_range(ratios)} %"
         return Finding(USELESS, why, f"{advice}: {KEY}")
+    why = f"second order moves the tuned peak by {_signed(change)} %"
     if abs(change) * max(largest / before, 1.0) ** 2 > MOST_LOST:
         return Finding(SINGLE, why, f"{advice}: {KEY} for millimetres and MPa")
     return Finding(REMARK, why, advice)

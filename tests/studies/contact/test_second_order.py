@@ -58,6 +58,7 @@ def test_it_weighs_by_what_changes(tmp_path, tuned, sample, severity):
     """Alike for all disks, millimetres are wrong; not alike, amplifications are, too.
 
     A change by a motion that the second order cannot tell (of more than 41 mm) is not quoted.
+    Where amplifications decide they are the reason: it was "the tuned peak by +0 %".
     """
     config = Config.from_yaml(CHECKED).replace({"output": str(tmp_path / "x.h5")})
     lay_out(config.output, config)
@@ -69,6 +70,7 @@ def test_it_weighs_by_what_changes(tmp_path, tuned, sample, severity):
         (finding,) = second_order.of_displacements(file, np.array([0.03]))
     assert finding.severity == severity
     assert ("%" in finding.advice) == (tuned < 0.041)
+    assert ("moves A_nl by +50 %" in finding.why) == (tuned == 0.03)
 
 
 def test_they_are_computed_where_they_matter_and_can_be():
