@@ -104,7 +104,7 @@ def rare(canvas: Canvas, file: ResultFile) -> None:
     n, known = len(size), finite(size)
     if not len(known):
         return
-    low, high = np.quantile(known, 0.3), max(1.0, known.max())
+    low, high = min(1.0, np.quantile(known, 0.3)), max(1.0, known.max())
     at = np.linspace(low, high + 0.1 * (high - low), 40)
     above = n - np.searchsorted(np.sort(known), at, side="right")
     some = above > 0

@@ -164,6 +164,16 @@ def test_disks_without_a_result_or_that_do_not_touch_have_a_figure(sampled, tmp_
         assert told == np.isnan(size)
 
 
+def test_the_figure_has_the_probability_at_the_limit_where_all_disks_are_beyond(sampled, tmp_path):
+    """It began at the smallest disks, beyond the limit, and had no point at its dotted line."""
+    shutil.copy(sampled, tmp_path / "beyond.h5")
+    with open_result(tmp_path / "beyond.h5", mode="r+") as file:
+        file.write({"peak_amplitude_m": np.linspace(0.02, 0.03, N)}, ())
+        chance = lines(plot.rare(file))[0]
+    at, probability = np.transpose(chance)
+    assert (at[0], probability[0]) == (1.0, 1.0)
+
+
 @pytest.mark.parametrize(
     ("goal", "told"),
     [
