@@ -207,6 +207,20 @@ def test_a_leg_in_which_the_tuned_disk_hardly_moves_has_no_amplification(study, 
             assert [line.startswith("down at 2 Hz/s") for line in said] == [True] * (not told)
 
 
+def test_peaks_at_the_ends_of_a_run_are_told_with_the_speed_of_the_end(study, tmp_path):
+    """It was the middle of an interval: "speeds below 33.12 Hz" of a run from 33 Hz on."""
+    path = shutil.copy(study[1], tmp_path / "one.h5")
+    with open_result(path, mode="r+") as file:
+        for end, words in ((0, "lowest"), (-1, "highest")):
+            middle = file.read("interval_hz")[end]
+            for group in ("tuned", "samples"):
+                there = np.full_like(file.read(f"{group}/peak_speed_hz"), middle)
+                file.write({f"{group}/peak_speed_hz": there}, ())
+            (said,) = (f.advice for f in summary.findings(file) if f"{words} speed" in f.why)
+            assert f" lie at the {words} speed, and may be higher beyond it: " in said
+            assert said.endswith((" below 33 Hz", " above 35 Hz")[end])
+
+
 def test_the_answer_is_of_all_rates_and_of_mistuned_disks_and_has_the_limits(study):
     """The box of a report had the tuned disk at the first rate alone, and "a limit"."""
     _, path = study

@@ -357,13 +357,14 @@ def _above_steady(file: ResultFile) -> Iterator[Finding]:
 
 def _at_the_ends(file: ResultFile) -> Iterator[Finding]:
     """Finding about peaks in the first or last interval of speed."""
-    middles = file.read("interval_hz")
+    middles, speeds = file.read("interval_hz"), sorted(ends_of(file.config))
     at = _of_all(file, "peak_speed_hz")[_moves(_of_all(file, "peak_amplitude_m"))]
     for end, word, key in ((0, "lowest", "below"), (-1, "highest", "above")):
         n = int(np.count_nonzero(at == middles[end]))
         if n > 0.05 * max(len(at), 1) and len(middles) > 1:
-            words = f"{n} of {len(at)} peaks at the {word} speed"
+            where, verb = f"at the {word} speed", "lie" if n > 1 else "lies"
+            peaks = f"{n} of {len(at)} peaks"
             yield Finding(
-                SINGLE, words, f"{words}, and may be higher beyond it: run_up with speeds {key} "
-                f"{middles[end]:.4g} Hz",
+                SINGLE, f"{peaks} {where}", f"{peaks} {verb} {where}, and may be higher beyond "
+                f"it: run_up with speeds {key} {speeds[end]:g} Hz",
             )  # fmt: skip
