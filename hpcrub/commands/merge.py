@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import shlex
 from collections.abc import Sequence
 
 from hpcrub.config.text import counted
@@ -31,5 +32,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     say(f"{out}: {n_done} of {counted(n_all, 'sample')}, from {files}")
     if n_done < n_all:
         more = f" --set mistuning.samples={options.samples}" if options.samples else ""
-        say(f"main.py with --output {out}{more} --resume computes the others")
+        say(f"main.py with --output {shlex.quote(out)}{more} --resume computes the others")
     return 0

@@ -1,6 +1,7 @@
 """Layout, checks and resumption of the result files of runs, from the datasets of their study."""
 
 import itertools
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,7 @@ def check_config(file: ResultFile, config: Config) -> None:
         growing = config.study == "contact" and not config.convergence.stop_when_converged
         if alone and growing and file.config.mistuning.samples < n_samples:
             program = f"python -m hpcrub merge --samples {n_samples}"
-            more = f"; {program} NEW.h5 {file.path} makes room for them"
+            more = f"; {program} NEW.h5 {shlex.quote(str(file.path))} makes room for them"
         elif alone and file.config.mistuning.samples > n_samples:
             more = (
                 f"; its first {n_samples} are these: go on with "

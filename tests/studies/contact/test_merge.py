@@ -95,12 +95,12 @@ def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
 
 def test_a_study_goes_on_with_more_samples(folder, capsys):
     """What a smaller study has computed is not computed again, and the rest joins it to the bit."""
-    fewer = ["study.yaml", "--output", "fewer.h5"]
+    fewer = ["study.yaml", "--output", "the fewer.h5"]
     assert run_here(*fewer, "--set", "mistuning.samples=3") == 0
     assert run_here(*fewer, "--resume") == 2
-    room = f"--samples 5 NEW.h5 {folder / 'fewer.h5'} makes room"
+    room = f"--samples 5 NEW.h5 '{folder}/the fewer.h5' makes room"
     assert room in error_lines(capsys.readouterr().err)[0]
-    assert merge.main(["whole.h5", "fewer.h5", "--samples", "5"]) == 0
+    assert merge.main(["whole.h5", "the fewer.h5", "--samples", "5"]) == 0
     out = capsys.readouterr().out
     assert "whole.h5: 6 of 10 samples" in out
     assert "--output whole.h5 --set mistuning.samples=5 --resume computes the others" in out
