@@ -122,7 +122,7 @@ class Wearing(Effect):
         elif file.config.study == "energy":
             low, high, tuned = range_of_disks(file, "wear_energy_j")
             yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
-        else:
+        elif file.config.study in self.datasets:
             yield from _lines_of_motions(file, disk)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
