@@ -287,3 +287,8 @@ def _walk(schema: Any) -> Any:
 def percent(share: float) -> str:
     """A share in per cent with two digits, without an exponent."""
     return f"{100 * share:.0f}" if share >= 0.1 else f"{100 * share:.2g}"
+
+
+def signed_percent(share: float) -> str:
+    """A share in per cent, as `percent`, with its sign."""
+    return f"{'-' if share < 0.0 else '+'}{percent(abs(share))}"

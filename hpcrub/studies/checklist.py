@@ -14,6 +14,7 @@ import numpy as np
 
 from hpcrub.config import run_up
 from hpcrub.config.schema import Config
+from hpcrub.config.text import percent, signed_percent
 from hpcrub.effects import EFFECTS
 from hpcrub.effects.effect import Change, times
 from hpcrub.errors import InputError
@@ -159,16 +160,16 @@ class Checklist(Trials):
                 severity = USELESS if change.is_error else SINGLE
                 yield Finding(severity, words, f"{words}: {change.key}")
         for change, (mean, error, _) in zip(CHANGES[1:], moved(size), strict=True):
-            words = f"{change.what} moves the answer by {100 * mean:+.2g} %"
+            words = f"{change.what} moves the answer by {signed_percent(mean)} %"
             if not change.is_error:
                 if _is_shown(mean, error):
                     yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
                 continue
             advice, most = f"{words}: {change.key}", abs(mean) + error
             if not _is_shown(mean, error):  # few disks leave it open: it is not called small
-                words = f"{change.what} may move the answer by up to {100 * most:.2g} %"
+                words = f"{change.what} may move the answer by up to {percent(most)} %"
                 advice = (
-                    f"{words} ({100 * mean:+.2g} ± {100 * error:.2g} %): {change.key}, or more "
+                    f"{words} ({signed_percent(mean)} ± {percent(error)} %): {change.key}, or more "
                     "checklist.disks tell whether it does"
                 )
             if most > LEAST_CHANGE:

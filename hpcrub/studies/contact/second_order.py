@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.config.text import counted, percent
+from hpcrub.config.text import counted, percent, signed_percent
 from hpcrub.model.reduction import Modes
 from hpcrub.response.scene import Scene
 from hpcrub.results.storage import ResultFile
@@ -80,7 +80,7 @@ def _finding(file: ResultFile, largest: float) -> Finding:
         f"{1e3 * size:.3g} mm at {speed:.5g} Hz"
         for size, speed in zip((before, after[0]), speeds, strict=True)
     )
-    advice = f"{BEGIN}the peak of the tuned disk is {now}, not {was} ({_signed(change)} %)"
+    advice = f"{BEGIN}the peak of the tuned disk is {now}, not {was} ({signed_percent(change)} %)"
     if speeds[1] in file.config.speeds.values_hz[[0, -1]]:
         advice += ", and may be higher beyond that speed"
     numbers = np.array(file.config.samples)
@@ -92,7 +92,7 @@ def _finding(file: ResultFile, largest: float) -> Finding:
     if np.abs(ratios).max(initial=0.0) > FAR_OFF:
         why = f"second order moves A_nl by {_range(ratios)} %"
         return Finding(USELESS, why, f"{advice}: {KEY}")
-    why = f"second order moves the tuned peak by {_signed(change)} %"
+    why = f"second order moves the tuned peak by {signed_percent(change)} %"
     if abs(change) * max(largest / before, 1.0) ** 2 > MOST_LOST:
         return Finding(SINGLE, why, f"{advice}: {KEY} for millimetres and MPa")
     return Finding(REMARK, why, advice)
@@ -146,7 +146,11 @@ def of_others(
     if beyond := _beyond_range(file.config, f"{which}{middle}", was, now):
         return beyond
     mean, error = mean_and_error(finite(after[known] / before[known] - 1.0))
-    change = f"{_signed(mean)} %" if np.isnan(error) else f"{_signed(mean)} ± {percent(error)} %"
+    change = (
+        f"{signed_percent(mean)} %"
+        if np.isnan(error)
+        else f"{signed_percent(mean)} ± {percent(error)} %"
+    )
     advice = (
         f"{BEGIN}peaks of {which} change by {change}, to {1e3 * now:.3g} mm from {1e3 * was:.3g} mm"
     )
@@ -159,9 +163,4 @@ def of_others(
 
 def _range(shares: np.ndarray) -> str:
     """The least and the largest of some shares in per cent, each with its sign."""
-    return " to ".join(dict.fromkeys(_signed(end) for end in (shares.min(), shares.max())))
-
-
-def _signed(share: float) -> str:
-    """A share in per cent, with its sign."""
-    return f"{'-' if share < 0.0 else '+'}{percent(abs(share))}"
+    return " to ".join(dict.fromkeys(signed_percent(end) for end in (shares.min(), shares.max())))
