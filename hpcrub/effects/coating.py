@@ -130,16 +130,24 @@ class Wearing(Effect):
         if file.config.study != "contact":
             return
         depth = np.concatenate([file.read("tuned/run_deepest_m"), *of_levels(file, DEEPEST.name)])
-        n_disks = int(np.count_nonzero(np.isfinite(depth)))
-        through = int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config)))
-        if through:
-            yield Finding(
-                USELESS if through > MOST_LOST * n_disks else SINGLE,
-                f"{through} of {n_disks} disks cut through the coating",
-                f"{through} of {n_disks} disks, runs of the tuned one included, cut through the "
-                "coating and reach the casing: read that share, not amplitudes or their "
-                "percentiles; contact.coating.thickness_mm or casing.clearance_mm decide it",
-            )
+        yield from cut_through(file.config, depth, "disks")
+
+
+def cut_through(config: Config, depth: np.ndarray, who: str) -> Iterator[Finding]:
+    """Finding about disks or runs (who) that cut through the coating; depth: largest of each [m].
+
+    NaN is the depth of those without a result.
+    """
+    n = int(np.count_nonzero(np.isfinite(depth)))
+    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(config)))
+    if through:
+        yield Finding(
+            USELESS if through > MOST_LOST * n else SINGLE,
+            f"{through} of {n} {who} cut through the coating",
+            f"{through} of {n} {who}, runs of the tuned one included, cut through the "
+            "coating and reach the casing: read that share, not amplitudes or their "
+            "percentiles; contact.coating.thickness_mm or casing.clearance_mm decide it",
+        )
 
 
 def _lines_of_motions(file: ResultFile, disk: int) -> Iterator[str]:

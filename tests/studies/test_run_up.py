@@ -12,8 +12,10 @@ import pytest
 from evidence.truth.hexahedra import sector_arrays
 from hpcrub.commands import merge
 from hpcrub.config.schema import Config
+from hpcrub.effects.coating import depth_of_all
 from hpcrub.response.run_up import run_up
 from hpcrub.results.layout import DONE
+from hpcrub.results.verdict import SINGLE, USELESS
 from hpcrub.runs import execution, kept
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import checklist, open_result, run_of
@@ -219,6 +221,20 @@ def test_peaks_at_the_ends_of_a_run_are_told_with_the_speed_of_the_end(study, tm
             (said,) = (f.advice for f in summary.findings(file) if f"{words} speed" in f.why)
             assert f" lie at the {words} speed, and may be higher beyond it: " in said
             assert said.endswith((" below 33 Hz", " above 35 Hz")[end])
+
+
+@pytest.mark.parametrize(("n_runs", "severity"), [(0, None), (4, SINGLE), (5, USELESS)])
+def test_runs_that_cut_through_the_coating_are_told(study, tmp_path, n_runs, severity):
+    """They were usable, and nothing said that they had come to the casing."""
+    path = shutil.copy(study[1], tmp_path / "one.h5")
+    with open_result(path, mode="r+") as file:
+        through = depth_of_all(file.config)
+        depth = np.full_like(file.read("samples/worn_depth_m"), 0.5 * through)
+        depth[0, 0, 0, :n_runs, 1] = through  # in the last leg, on the way down
+        file.write({"samples/worn_depth_m": depth, "tuned/worn_depth_m": depth[0, 1]}, ())
+        told = [f for f in summary.findings(file) if "cut through the coating" in f.why]
+    assert [f.severity for f in told] == [severity] * (severity is not None)
+    assert all(f.why.startswith(f"{n_runs} of 80 runs ") for f in told)
 
 
 def test_the_answer_is_of_all_rates_and_of_mistuned_disks_and_has_the_limits(study):

@@ -8,8 +8,9 @@ from rich.table import Table
 
 from hpcrub.config.run_up import ends_of, rates
 from hpcrub.config.schema import Config
-from hpcrub.config.text import counted
+from hpcrub.config.text import counted, percent
 from hpcrub.contact import status
+from hpcrub.effects.coating import cut_through
 from hpcrub.ranks import progress
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
@@ -228,7 +229,7 @@ def chance_line(file: ResultFile) -> str:
     width = np.diff(file.read("interval_hz")).max(initial=0.0)
     n = file.config.run_up.repeats
     both = ", ".join(
-        f"{name} {100.0 * np.median(part):.2g} %"
+        f"{name} {percent(np.median(part))} %"
         for name, part in zip(("tuned disk", "mistuned disks"), spread, strict=True)
         if part.size
     )
@@ -237,7 +238,7 @@ def chance_line(file: ResultFile) -> str:
     if n > 1:
         parts.append(f"from the least to the largest of {n} repetitions a peak differs by: {both}")
     if np.isfinite(step):
-        effect = f"{100.0 * step:.2g} %"
+        effect = f"{percent(step)} %"
         parts.append(f"half the time step changes the tuned disk's peak by {effect}")
     return "; ".join([*parts, f"peaks lie within intervals of {width:.3g} Hz"])
 
@@ -277,9 +278,12 @@ def findings(file: ResultFile) -> Iterator[Finding]:
     if step > STEP_ERROR:
         yield Finding(
             SINGLE, "time step",
-            f"half the time step changes the tuned disk's peaks by {100.0 * step:.2g} %: a smaller "
+            f"half the time step changes the tuned disk's peaks by {percent(step)} %: a smaller "
             "time.step_s, or more run_up.repeats where the motion is irregular",
         )  # fmt: skip
+    if config.contact.wears:
+        last = file.read("tuned/worn_depth_m")[..., -1], file.read("samples/worn_depth_m")[..., -1]
+        yield from cut_through(config, np.concatenate([part.ravel() for part in last]), "runs")
     yield from _without_reference(file)
     yield from _of_other_speeds(file)
     yield from _above_steady(file)
@@ -350,7 +354,7 @@ def _above_steady(file: ResultFile) -> Iterator[Finding]:
         REMARK, "run-ups above the steady answer",
         f"in all repetitions {above[rate, leg]} of {n[rate, leg]} disks go above "
         f"their steady peak ({file.read('hz_per_s')[rate]:g} Hz/s, {leg_names(file)[leg]}), single "
-        f"runs by up to {100.0 * (largest[rate, leg] - 1.0):.2g} %: motions of another "
+        f"runs by up to {percent(float(largest[rate, leg]) - 1.0)} %: motions of another "
         "branch, or that have not settled; the steady study is no upper bound",
     )  # fmt: skip
 
