@@ -146,11 +146,8 @@ def of_others(
     if beyond := _beyond_range(file.config, f"{which}{middle}", was, now):
         return beyond
     mean, error = mean_and_error(finite(after[known] / before[known] - 1.0))
-    change = (
-        f"{signed_percent(mean)} %"
-        if np.isnan(error)
-        else f"{signed_percent(mean)} ± {percent(error)} %"
-    )
+    within = "" if np.isnan(error) else f" ± {percent(error)}"
+    change = f"{signed_percent(mean)}{within} %"
     advice = (
         f"{BEGIN}peaks of {which} change by {change}, to {1e3 * now:.3g} mm from {1e3 * was:.3g} mm"
     )
