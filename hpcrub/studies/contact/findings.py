@@ -17,7 +17,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import FAR_OFF, MOST_LOST, REMARK, SINGLE, USELESS, Finding, Verdict
 from hpcrub.runs import findings
 from hpcrub.statistics.percentiles import finite
-from hpcrub.studies.contact import layout, second_order, survey
+from hpcrub.studies.contact import layout, second_order, summary, survey
 
 NO_CONTACT = (
     "no contact: the casing reaches the blades at no speed, so that no disk moves and no limit is "
@@ -38,7 +38,7 @@ FOLLOWED = (
 def verdict(file: ResultFile) -> Verdict:
     """Verdict on a study."""
     every = _findings(file, survey.survey(file))
-    return Verdict.of(every, of_many=len(file.config.samples) > 1)
+    return Verdict.of(every, of_many=len(file.config.samples) > 1 and not summary.are_few(file))
 
 
 def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
@@ -64,7 +64,8 @@ def _findings(file: ResultFile, counts: Any) -> Iterator[Any]:
     yield from findings.not_resolved(file.warnings)
     yield from _checks(file)
     yield from _errors(file, counts)
-    yield from findings.too_few_samples(config.convergence.percentiles, n)
+    if not summary.are_few(file):
+        yield from findings.too_few_samples(config.convergence.percentiles, n)
     yield from _reference(file)
 
 

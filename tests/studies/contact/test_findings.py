@@ -12,6 +12,7 @@ from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.verdict import MOST_ADVICE, REMARK, SINGLE, USELESS
 from hpcrub.runs.findings import TIME_KEY, of_points
+from hpcrub.setup import input_files
 from hpcrub.statistics.percentiles import (
     percentile_interval,
     probability_interval,
@@ -52,6 +53,25 @@ def file(tmp_path):
             }  # fmt: skip
             contact_file.write_sample(found, i // 2, i % 2, values)
         yield found
+
+
+def test_of_a_few_measured_disks_no_percentiles_are_called_usable(tmp_path, monkeypatch):
+    """Each has a row in the summary; the verdict was "percentiles usable, single values not"."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "disks.csv").write_text(
+        "".join(f"{','.join(12 * [b])}\n" for b in ("1", "-1", "2"))
+    )
+    text = TINY.replace("half_range_percent: [2, 4], samples: 2", "pattern: disks.csv")
+    lay_out("x.h5", input_files.resolved(Config.from_yaml(text)).replace({"output": "x.h5"}))
+    size = np.array([1e-3, 2e-3, 1e-3])  # over a coarse grid of speeds
+    of_disk = {"amplitude_m": size, "peak_amplitude_m": 2e-3, "point_status": [STEADY] * 3}
+    with studies.open_result("x.h5", mode="r+") as found:
+        contact_file.write_tuned(found, {"peak_amplitude_m": 2e-3, "peak_speed_hz": 34.2})
+        for i in range(3):
+            contact_file.write_sample(found, 0, i, of_disk | {"status": DONE})
+        verdict = findings.verdict(found)
+    assert verdict.words.startswith("usable with care: ")
+    assert "percentiles" not in " ".join(verdict.lines)
 
 
 def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
