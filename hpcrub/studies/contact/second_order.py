@@ -148,9 +148,8 @@ def of_others(
     mean, error = mean_and_error(finite(after[known] / before[known] - 1.0))
     within = "" if np.isnan(error) else f" ± {percent(error)}"
     change = f"{signed_percent(mean)}{within} %"
-    advice = (
-        f"{BEGIN}peaks of {which} change by {change}, to {1e3 * now:.3g} mm from {1e3 * was:.3g} mm"
-    )
+    ends = f"to {1e3 * now:.3g} mm from {1e3 * was:.3g} mm"
+    advice = f"{BEGIN}peaks of {which} change by {change}{middle or ','} {ends}"
     why = f"second order moves peaks of {which} by {change}"
     least, most = abs(mean) - np.nan_to_num(error), abs(mean) + np.nan_to_num(error)
     if most > MOST_LOST:

@@ -162,8 +162,8 @@ def test_the_tuned_disk_runs_up_to_second_order(tmp_path):
     ("after", "severity", "words"),
     [
         ([np.nan] * 3, None, ""),
-        ([0.0202] * 3, REMARK, "change by +1 ± 0 %, to 20.2 mm from 20 mm"),
-        ([0.0192, np.nan, np.nan], REMARK, "change by -4 %"),
+        ([0.0202] * 3, REMARK, "change by +1 ± 0 %, at the median, to 20.2 mm from 20 mm"),
+        ([0.0192, np.nan, np.nan], REMARK, "change by -4 %, to 19.2 mm"),
         ([0.0180, np.nan, np.nan], SINGLE, "change by -10 %"),
         ([0.0190, 0.0200, 0.0220], SINGLE, "change by +1.7 ± 19 %"),
         ([0.0140, 0.0141, 0.0142], USELESS, "change by -30 ± 1.2 %"),
