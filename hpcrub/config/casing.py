@@ -117,7 +117,7 @@ class Casing(Section):
     clearance [mm], with straight lines between them; or a file with columns time_s, clearance_mm;
     at constant speeds its smallest counts"""
     clearance_offset_mm: Millimetres = 0.0
-    """addition to any of these clearances, such as the reserve that a threshold study searches for
+    """addition to the clearance, such as the reserve that a threshold study searches for
     beside clearance_hz_mm or clearance_s_mm [mm]"""
     blade_clearance_mm: Clearances | None = None
     """what each blade has beyond that, such as a blade that is shorter, at every speed; below 0:
