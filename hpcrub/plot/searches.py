@@ -90,8 +90,9 @@ def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
             [values[row]] * 2, ends, "-D", markevery=[1], ms=5, lw=1.0, color=ORANGE, zorder=4,
             label="to second order",
         )  # fmt: skip
-    if file.config.limits.amplitude_mm is not None:
-        axes.axhline(file.config.limits.amplitude_mm, label="limit", **DOTTED)
+    limit = file.config.limits.amplitude_mm
+    if limit is not None:  # one of stress may decide as well
+        axes.axhline(limit, label=f"limit of {limit:g} mm", **DOTTED)
     axes.set(ylabel="largest amplitude [mm]", ylim=(0.0, None))
 
 

@@ -25,6 +25,7 @@ from hpcrub.studies.threshold import (
     search_of,
     values_of,
 )
+from tests.plot.drawn import words
 from tests.program import BRIEF, computed, datasets, refusal, run_here
 from tests.studies.common import largest_amplitudes, refused_study
 
@@ -144,6 +145,8 @@ def test_the_figure_leads_from_a_disk_to_what_second_order_makes_of_it(file):
     (line,) = (one for one in sizes.get_lines() if one.get_label() == "to second order")
     before, value = file.read("peak_amplitude_m", (1, 0)), file.read("value", 1)
     np.testing.assert_allclose(line.get_xydata(), [[value, 1e3 * before], [value, 7.0]])
+    limit = f"limit of {file.config.limits.amplitude_mm:g} mm"
+    assert limit in words(sizes)  # and not the limit: one of MPa may decide
 
 
 def test_what_is_there_is_told_of_the_disks_that_are_expected(brute, capfd):
