@@ -130,7 +130,7 @@ class Wearing(Effect):
         if file.config.study != "contact":
             return
         depth = np.concatenate([file.read("tuned/run_deepest_m"), *of_levels(file, DEEPEST.name)])
-        yield from cut_through(file.config, depth, "disks")
+        yield from cut_through(file.config, depth, "disks and runs of the tuned one")
 
 
 def cut_through(config: Config, depth: np.ndarray, who: str) -> Iterator[Finding]:
@@ -139,14 +139,14 @@ def cut_through(config: Config, depth: np.ndarray, who: str) -> Iterator[Finding
     NaN is the depth of those without a result.
     """
     n = int(np.count_nonzero(np.isfinite(depth)))
-    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(config)))
+    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(config))) if n else 0
     if through:
         yield Finding(
             USELESS if through > MOST_LOST * n else SINGLE,
             f"{through} of {n} {who} cut through the coating",
-            f"{through} of {n} {who}, runs of the tuned one included, cut through the "
-            "coating and reach the casing: read that share, not amplitudes or their "
-            "percentiles; contact.coating.thickness_mm or casing.clearance_mm decide it",
+            f"{through} of {n} {who} cut through the coating and reach the casing: read that "
+            "share, not amplitudes or their percentiles; contact.coating.thickness_mm or "
+            "casing.clearance_mm decide it",
         )
 
 

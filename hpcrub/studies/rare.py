@@ -7,6 +7,7 @@ import numpy as np
 
 from hpcrub.config.samples import goal_of, of_question, supposed
 from hpcrub.config.schema import Config
+from hpcrub.effects.coating import cut_through
 from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import USELESS, Finding
@@ -129,6 +130,7 @@ class Rare(Trials):
         yield from trials.left_for_others(file)
         names = "peak_amplitude_m", "peak_status", "peak_speed_hz"
         size, states, at = (file.read(name)[computed] for name in names)
+        yield from cut_through(config, file.read("deepest_m")[computed], "disks")
         bent = self.second_order_finding(file)
         yield from findings.of_disks(config, size, states, to_second_order=bent)
         if speeds.n_values > 1:

@@ -13,6 +13,7 @@ from hpcrub.config.checks import keys_without_effect
 from hpcrub.config.schema import Config
 from hpcrub.config.study_keys import MOST_VALUES
 from hpcrub.config.text import name_and_unit
+from hpcrub.effects.coating import cut_through
 from hpcrub.errors import InputError
 from hpcrub.ranks.progress import table
 from hpcrub.results.layout import PENDING, Dataset
@@ -213,6 +214,8 @@ class Threshold(trials.Trials):
         far = (search.sides() == ABOVE) & bool(search.crossings())
         far &= ~np.isin(np.arange(len(far)), search.crossings())
         sizes[np.repeat(far, search.n_done) & np.isfinite(sizes)] = 0.0
+        depths = file.read("deepest_m")[computed][~np.repeat(far, search.n_done)]
+        yield from cut_through(file.config, depths, "disks")
         bent = self.second_order_finding(file)
         yield from findings.of_disks(file.config, sizes, states, to_second_order=bent)
 

@@ -11,7 +11,9 @@ import pytest
 from hpcrub import plot
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
+from hpcrub.effects.coating import depth_of_all
 from hpcrub.results.verdict import SINGLE, USELESS
+from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.statistics.threshold import ABOVE, BELOW
 from hpcrub.studies import open_result
@@ -26,7 +28,7 @@ from hpcrub.studies.threshold import (
     values_of,
 )
 from tests.plot.drawn import words
-from tests.program import BRIEF, computed, datasets, refusal, run_here
+from tests.program import BRIEF, computed, datasets, refusal, run_here, swept
 from tests.studies.common import largest_amplitudes, refused_study
 
 N = 60
@@ -307,3 +309,18 @@ def test_what_is_not_plausible_is_told_of_both_ends_of_the_range(folder, name, e
         assert f"the clearance is {size}" in line
         assert line.endswith(end)
     assert ("contact:              none" in said) == (ends[0] != 0.2)
+
+
+def test_disks_that_cut_through_their_coating_are_told(tmp_path):
+    """They were *usable*, with amplitudes of disks that rub on the casing behind it."""
+    coating = "contact: {law: abradable, coating: {thickness_mm: 0.3, yield_mpa: 0.1}}\n"
+    text = STUDY.replace("0.2, highest: 1.4", "0.3, highest: 0.9").replace(": 60", ": 15") + coating
+    with open_result(computed(tmp_path, text, "--no-figures")) as file:
+        depth, known = file.read("deepest_m"), np.isfinite(file.read("peak_amplitude_m"))
+        config = at_value(file.config, file.read("value")[0])
+        own = swept(config, deviation(config, 0, 3))
+        lines = THRESHOLD.verdict(file).lines
+    assert depth[0, 3] == own.wear.depth.max()
+    n = np.count_nonzero(depth[known] >= depth_of_all(config) * (1.0 - 1e-9))
+    assert lines[1].startswith(f"{n} of {known.sum()} disks cut through the coating and reach")
+    assert n > 0

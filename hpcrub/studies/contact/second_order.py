@@ -20,6 +20,7 @@ from hpcrub.setup.disks import deviation, rubbing_modes
 from hpcrub.setup.problem import Problem, checks_second_order
 from hpcrub.statistics.percentiles import finite, mean_and_error
 from hpcrub.studies.contact.amplification import Integrated, tuned_run
+from hpcrub.studies.contact.limits import limits_of
 
 FURTHER = 2.0  # times as far as its steady motion, or the tuned disk, a disk may move
 MOST = 2  # mistuned disks of a contact study that are computed to second order
@@ -94,7 +95,8 @@ def _finding(file: ResultFile, largest: float) -> Finding:
         return Finding(USELESS, why, f"{advice}: {KEY}")
     why = f"second order moves the tuned peak by {signed_percent(change)} %"
     if abs(change) * max(largest / before, 1.0) ** 2 > MOST_LOST:
-        return Finding(SINGLE, why, f"{advice}: {KEY} for millimetres and MPa")
+        too = ", and probabilities of limits" if limits_of(file.config) else ""
+        return Finding(SINGLE, why, f"{advice}: {KEY} for millimetres and MPa{too}")
     return Finding(REMARK, why, advice)
 
 

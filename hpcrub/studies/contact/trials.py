@@ -66,6 +66,7 @@ def limited_table(*dimensions: str) -> tuple[Dataset, ...]:
     words = "amplitude or stress over its limit when followed 4 times as long; NaN: not followed"
     return (
         *table(*dimensions),
+        Dataset("deepest_m", dimensions, "m", "largest worn depth of a coating; NaN without one"),
         Dataset("followed_severity", dimensions, "1", words),
         Dataset("status", dimensions, "1", "0 pending, 1 done", "u1"),
         *bent_table(*dimensions),
@@ -186,6 +187,7 @@ def peaks_of(
                     "peak_speed_hz": at,
                     "peak_stress_pa": largest(result.stress, speeds)[0],
                     "peak_status": peak_status(result, speeds),
+                    "deepest_m": largest(result.wear.depth, speeds)[0],
                 },
             )
 
@@ -211,6 +213,7 @@ def _peaks_of_runs(
             "peak_speed_hz": np.nan if failed else at,
             "peak_stress_pa": max(stress) if config.observes_stress and not failed else np.nan,
             "peak_status": DIVERGED if failed else STEADY,
+            "deepest_m": np.fmax.reduce([np.fmax.reduce(run.worn, axis=None) for run in runs]),
         }
 
 

@@ -349,7 +349,10 @@ def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
     assert f"2 of 2 cut through the coating, a share of {100 * low:.0f} to 100 %" in line
     runs = coated.read("tuned/run_deepest_m")
     through = np.count_nonzero(np.append(runs, depths) >= depths[1].min())
-    assert f"{through} of 13 disks cut through the coating" in findings.verdict(coated).words
+    assert (
+        f"{through} of 13 disks and runs of the tuned one cut through the coating"
+        in findings.verdict(coated).words
+    )
 
 
 def test_what_is_said_is_of_the_largest_amplitude_of_any_time(coated):
