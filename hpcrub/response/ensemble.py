@@ -12,8 +12,9 @@ many, so that a rule looks at the motion window by window, from the first check 
 - *not steady*: the time is over before the motion is steady or averaged.
 
 No motion is steady or averaged while a wave of the disk grows (`growth`). Only the later half of
-the windows counts, five at least, and no motion is averaged before transients of the free disk have
-decayed. `docs/steady_state.md` explains the standard error, and the gain of this rule.
+the windows counts, five at least, and never the first of all, which begins at rest. No motion is
+averaged before transients of the free disk have decayed. `docs/steady_state.md` explains the
+standard error, and the gain of this rule.
 """
 
 import math
@@ -32,6 +33,7 @@ ALIKE = 3  # windows in succession that agree in a steady motion
 # up to 2√2 times its root mean square, and several waves add.
 REPEATED = 0.25
 FEWEST = 5  # windows that a mean needs
+AT_LAST = 4  # windows with which it has to do when the time is over
 SETTLED = 2.0  # time constants of the slowest mode before a motion is averaged
 TREND = 1.7  # standard errors by which a slope must differ from 0 to count as a trend
 TO_GO = 0.4  # share of max_error by which a trend may still lead away from the mean
@@ -115,7 +117,7 @@ class Windows(Watch):
 
         decay: rate of the slowest transient of the free disk [1/s]; window: length of a window [s].
         """
-        self.criteria, self.decay = criteria, decay
+        self.criteria, self.decay, self.window = criteria, decay, window
         self.first = (first_windows(criteria, window) - 0.5) * window  # no verdict before it [s]
         self.growth = Growth(decay, window)
         self.part = -math.expm1(-decay * window)  # share of a transient that decays in a window
@@ -149,7 +151,9 @@ class Windows(Watch):
     def _found(self, recent: Recent, time: Any, over: Any) -> Any:
         """Verdict on the windows alone, whether a wave grows or not; None: go on."""
         before, last = recent.sizes
-        self.sizes = [*(self.sizes or [before]), last]
+        # the first window of all begins at rest, and counts only where there is no other
+        is_first = time < 2.5 * self.window and not over
+        self.sizes = [*(self.sizes or ([] if is_first else [before])), last]
         tip = int(np.argmax(last))
         # largest over all tips: at the start another tip may have moved more
         same = is_constant(before.max(), last[tip], self.strict)
@@ -159,7 +163,8 @@ class Windows(Watch):
         self.alike = self.alike + 1 if same else 1
         if self.alike >= ALIKE:
             return self._verdict(STEADY, ALIKE)
-        enough = len(self.sizes) >= FEWEST and self.decay * time >= SETTLED
+        fewest = AT_LAST if over else FEWEST
+        enough = len(self.sizes) >= fewest and self.decay * time >= SETTLED
         if not enough and not over:
             return None
         n = min(max(FEWEST, math.ceil(len(self.sizes) / 2)), len(self.sizes))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.response.ensemble import ALIKE, FEWEST, LastWindow, Recent, Windows
+from hpcrub.response.ensemble import ALIKE, AT_LAST, FEWEST, LastWindow, Recent, Windows
 from hpcrub.response.growth import MEMORY
 from hpcrub.response.steady import SteadyCriteria
 
@@ -65,6 +65,19 @@ def test_equal_amplitudes_of_motions_that_differ_are_not_steady():
     found, n = watched(np.full(20, 2e-3))
     assert found.status == AVERAGED
     assert n == FEWEST
+
+
+def test_the_first_window_which_holds_the_start_counts_for_no_mean():
+    """At slow speeds five windows are most of the time that a motion has."""
+    found, n = watched(np.append(3.0, np.tile([0.98, 1.02], 10)), begin=WINDOW)
+    assert (found.status, n) == (AVERAGED, 1 + FEWEST)
+    assert found.amplitude == pytest.approx(1.0, abs=0.01)
+    # where no more windows fit into the time, one less is enough
+    found, n = watched(np.array([3.0, 0.98, 1.02, 0.98, 1.02]), begin=WINDOW)
+    assert (found.status, n) == (AVERAGED, 1 + AT_LAST)
+    assert found.amplitude == pytest.approx(1.0, abs=0.01)
+    found, _ = watched(np.array([3.0, 0.98, 1.02, 1.0]), begin=WINDOW)
+    assert found.status == NOT_STEADY
 
 
 def forgetful(random, n, decay):
