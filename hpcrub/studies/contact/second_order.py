@@ -114,7 +114,7 @@ def _beyond_range(config: Config, which: str, before: float, after: float) -> Fi
         return None
     most = after * np.sqrt(findings.THIRD / third)
     advice = (
-        f"{BEGIN}the peak of {which} is {1e3 * after:.3g} mm, at small displacements "
+        f"{BEGIN}the peak of {which} is {1e3 * after:.3g} mm, where small displacements say "
         f"{1e3 * before:.3g} mm; the second order can tell motions of up to {1e3 * most:.3g} mm: "
         "sign no millimetres or MPa, and take ratios only with care"
     )

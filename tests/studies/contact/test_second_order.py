@@ -170,7 +170,7 @@ def test_the_tuned_disk_runs_up_to_second_order(tmp_path):
         (
             [0.0550, 0.0540, 0.0200],
             SINGLE,
-            "the peak of the disks, at the median, is 54 mm, at small displacements 20 mm;",
+            "the peak of the disks, at the median, is 54 mm, where small displacements say 20 mm;",
         ),
         ([np.inf, np.inf, 0.0202], USELESS, "there is no result of the disks"),
     ],
