@@ -11,6 +11,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
+from hpcrub.effects.coating import cut_through
 from hpcrub.results.layout import DONE, PEAK_STATUS, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.results.verdict import REMARK, SINGLE, USELESS, Finding
@@ -42,6 +43,8 @@ LAYOUT = (
     Dataset("contact_amplitude_m", ("pattern", "contact_sample"), "m",
             "largest amplitude in contact over the speeds; NaN: not computed, or none"),
     Dataset("peak_status", ("pattern", "contact_sample"), "1", PEAK_STATUS, "u1"),
+    Dataset("deepest_m", ("pattern", "contact_sample"), "m",
+            "largest worn depth of a coating over the speeds; NaN without one"),
     Dataset("contact_status", ("pattern", "contact_sample"), "1", "0 pending, 1 done", "u1"),
     *bent_table("pattern", "contact_sample"),
 )  # fmt: skip
@@ -232,7 +235,8 @@ class PatternStudy(Trials):
         blades = [deviation(config, 0, disk) + pattern for (_, disk), pattern in disks]
         for k, found in peaks_of(config, prepared.problem, blades, poll):
             amplitude = "contact_amplitude_m", tasks[k], found["peak_amplitude_m"]
-            yield tasks[k], [amplitude, ("peak_status", tasks[k], found["peak_status"])]
+            others = [(name, tasks[k], found[name]) for name in ("peak_status", "deepest_m")]
+            yield tasks[k], [amplitude, *others]
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """The patterns left, compared with the disk without a pattern."""
@@ -284,6 +288,7 @@ class PatternStudy(Trials):
             yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
         size, done = file.read("contact_amplitude_m"), file.read("contact_status") == DONE
         states, meaning = file.read("peak_status"), "are missing in the percentiles in contact"
+        yield from cut_through(file.config, file.read("deepest_m")[done], "disks")
         bent = self.second_order_finding(file)
         yield from findings.of_disks(file.config, size[done], states, meaning, bent)
         yield from findings.too_few_samples(

@@ -94,10 +94,11 @@ def test_disks_in_contact_that_are_lost_or_move_too_far_are_told(found):
         size = file.read("contact_amplitude_m")
         seen = np.flatnonzero(np.isfinite(size).all(axis=1))
         size[seen[0]], size[seen[1]] = np.nan, 0.2  # m: tips of half a metre radius
-        file.write({"contact_amplitude_m": size}, ())
+        file.write({"contact_amplitude_m": size, "deepest_m": np.where(size > 0.1, 1.0, 0.0)}, ())
         lines = Verdict.of(PATTERNS.findings(file)).lines
     assert "2 of 6 disks have no result" in lines[0]
     assert "outside small displacements, 200 mm" in lines[0]
+    assert "2 of 6 disks cut through the coating" in lines[0]
 
 
 @pytest.mark.long
