@@ -16,7 +16,7 @@ mistuning: {{pattern: {PATTERN}}}
 """
 KEYS = {
     "time_response": "speeds: {from_hz: 33.2, to_hz: 33.2}\nhistory: {duration_s: 0.3}\n",
-    "interaction_map": "speeds: {from_hz: 32, to_hz: 37, step_hz: 0.5}\n"
+    "interaction_map": "speeds: {from_hz: 32.5, to_hz: 36.5, step_hz: 1}\n"
     "history: {duration_s: 0.3}\nspectrum: {window_s: 0.1, max_frequency_hz: 150}\n",
     "branches": "speeds: {from_hz: 33.6, to_hz: 34.4, step_hz: 0.4}\n"
     "branches: {perturbed: 1, perturbation_mm: 5}\n"
