@@ -76,10 +76,10 @@ def audit(bank, n_steps, scene=None, modes=None):
     Returns a Ledger; idle lanes have zeros.
     """
     scheme, state, parts = bank.scheme, bank.state, []
-    normal_of, load = _normal(bank), scheme.load[:, : len(state.position)].T
+    normal_of, load, springs = _normal(bank), scheme.load[:, : len(state.position)].T, None
     if modes:
         normal_of, load = modes.rows.normal, bank.law.loads(modes.rows, scene)
-    springs = BladeSprings(bank, modes) if modes else None
+        springs = BladeSprings(bank, modes)
     inverse = np.divide(1.0, scheme.gain, out=np.zeros_like(scheme.gain), where=scheme.gain > 0.0)
     inertia, loss = (1.0 + scheme.decay) * inverse / 4.0, (1.0 - scheme.decay) * inverse / 4.0
     spring = np.reshape(scheme.omega2, (len(inverse), -1)) / 2.0

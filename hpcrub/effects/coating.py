@@ -139,7 +139,7 @@ def cut_through(config: Config, depth: np.ndarray, who: str) -> Iterator[Finding
     NaN is the depth of those without a result.
     """
     n = int(np.count_nonzero(np.isfinite(depth)))
-    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(config))) if n else 0
+    through = int(np.count_nonzero(depth >= REACHED * depth_of_all(config)))
     if through:
         yield Finding(
             USELESS if through > MOST_LOST * n else SINGLE,

@@ -117,7 +117,7 @@ class Windows(Watch):
 
         decay: rate of the slowest transient of the free disk [1/s]; window: length of a window [s].
         """
-        self.criteria, self.decay, self.window = criteria, decay, window
+        self.criteria, self.decay = criteria, decay
         self.first = (first_windows(criteria, window) - 0.5) * window  # no verdict before it [s]
         self.growth = Growth(decay, window)
         self.part = -math.expm1(-decay * window)  # share of a transient that decays in a window
@@ -152,7 +152,7 @@ class Windows(Watch):
         """Verdict on the windows alone, whether a wave grows or not; None: go on."""
         before, last = recent.sizes
         # the first window of all begins at rest, and counts only where there is no other
-        is_first = time < 2.5 * self.window and not over
+        is_first = time < 2.5 * self.growth.window and not over
         self.sizes = [*(self.sizes or ([] if is_first else [before])), last]
         tip = int(np.argmax(last))
         # largest over all tips: at the start another tip may have moved more

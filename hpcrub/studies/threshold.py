@@ -213,9 +213,9 @@ class Threshold(trials.Trials):
         # no answer hangs on how far disks move well beyond the limit
         far = (search.sides() == ABOVE) & bool(search.crossings())
         far &= ~np.isin(np.arange(len(far)), search.crossings())
-        sizes[np.repeat(far, search.n_done) & np.isfinite(sizes)] = 0.0
-        depths = file.read("deepest_m")[computed][~np.repeat(far, search.n_done)]
-        yield from cut_through(file.config, depths, "disks")
+        is_far = np.repeat(far, search.n_done)
+        sizes[is_far & np.isfinite(sizes)] = 0.0
+        yield from cut_through(file.config, file.read("deepest_m")[computed][~is_far], "disks")
         bent = self.second_order_finding(file)
         yield from findings.of_disks(file.config, sizes, states, to_second_order=bent)
 

@@ -34,11 +34,14 @@ class Motions(StudyInTime):
 
     def next_round(self, file: ResultFile) -> Round:
         """The motions; then the largest one to second order, where that may matter."""
-        last, sizes = super().next_round(file), self._sizes(file)
-        row = int(sizes.max(axis=1).argmax())
+        last = super().next_round(file)
+        if last.tasks:
+            return last
+        sizes = self._sizes(file).max(axis=1)
+        row = int(sizes.argmax())
+        most = second_order.FURTHER * float(sizes[row])  # while it begins
         done = file.read(BENT_STATUS, row) != PENDING
-        most = second_order.FURTHER * float(sizes[row].max())  # while it begins
-        if last.tasks or done or not second_order.matters(file.config, most):
+        if done or not second_order.matters(file.config, most):
             return last
         phase, where = "disks to second order", BENT_STATUS
         return Round([(row,)], {}, None, phase, where, to_second_order=True)
@@ -55,8 +58,8 @@ class Motions(StudyInTime):
             near = np.flatnonzero(np.abs(speeds / speeds[peak] - 1.0) <= AROUND)
             some = np.linspace(0, len(near) - 1, min(len(near), MOST_SPEEDS - 1)).astype(int)
             found = run_sweep(modes, problem.scene, speeds, poll, selection={peak, *near[some]})
-            size = np.nan_to_num(found.amplitude, nan=-np.inf).max()
-            yield (row,), [(BENT, row, np.abs(size))]  # infinite without a result
+            size = np.fmax.reduce(found.amplitude)
+            yield (row,), [(BENT, row, np.nan_to_num(size, nan=np.inf))]
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Findings against the points and amplitudes of all disks, or starts."""
